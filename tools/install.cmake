@@ -4,16 +4,19 @@ include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyntape)
-install(TARGETS dyntape_options dyntape_native dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions dyntape_codegen dyntape_interface dyntape_scalars dyntape_cppad
-  EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+set(libraries dyntape_options dyntape_native dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions dyntape_codegen dyntape_interface
+  dyntape_scalars dyntape_cppad dyntape_cppad_drop_in)
+install(TARGETS ${libraries} EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+# The same in the build folder, and what the Python module needs besides.
+export(TARGETS ${libraries} dyntape_warnings dyntape_commands dyntape_command_line FILE ${PROJECT_BINARY_DIR}/dyntape_libraries.cmake)
 # All that is installed whatever else is built.
-add_custom_target(dyntape_libraries DEPENDS dyntape_cli dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions
-  dyntape_codegen dyntape_interface dyntape_scalars dyntape_cppad)
+list(FILTER libraries EXCLUDE REGEX "_(options|native|drop_in)$")  # nothing to build
+add_custom_target(dyntape_libraries DEPENDS dyntape_cli ${libraries})
 install(EXPORT dyntape FILE dyntapeTargets.cmake NAMESPACE dyntape:: DESTINATION ${package_dir})
 install(TARGETS dyntape_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 foreach(program dyntape-bench dyntape-mpi)  # where they are built
   if(TARGET ${program})
-    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)
+    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs OPTIONAL)
   endif()
 endforeach()
 execute_process(COMMAND python3 ${PROJECT_SOURCE_DIR}/tools/public_headers.py
@@ -24,6 +27,11 @@ foreach(header ${headers})
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dyntape/${folder})
 endforeach()
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+# How ROS 2 finds a package, by name.
+install(FILES package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape)
+file(WRITE ${PROJECT_BINARY_DIR}/ament_index/dyntape "")
+install(FILES ${PROJECT_BINARY_DIR}/ament_index/dyntape DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/packages)
 install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape)
 install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape/examples PATTERN __pycache__ EXCLUDE)
 

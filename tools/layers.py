@@ -57,10 +57,12 @@ ROOMS = {
     'interface/ocs2': [*AUTODIFF, 'codegen', 'codegen/options', 'codegen/run', IO, 'interface/robot',
                        'interface/ocs2/classes'],  # ocs2.h, which includes all
     'interface/ocs2/classes': [*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', IO, 'interface/robot', 'interface/ocs2'],
-    'interface/cppad': [*AUTODIFF, *GENERATE, *(f'interface/cppad/{name}' for name in ('nodes', 'utilities', 'cg'))],
+    'interface/cppad': [*AUTODIFF, *GENERATE, *(f'interface/cppad/{name}' for name in ('nodes', 'utilities', 'cg', 'graph'))],
     'interface/cppad/nodes': [*AUTODIFF, 'interface/cppad'],
     'interface/cppad/utilities': ['interface/cppad'],
     'interface/cppad/cg': [*AUTODIFF, *GENERATE, 'interface/cppad'],
+    'interface/cppad/graph': [*AUTODIFF, 'interface/cppad', 'interface/cppad/nodes'],
+    'interface/cppad/drop_in': ['interface/cppad'],
     'interface/report/plot': ['codegen/system', IO],
     'interface/report/player': [*DYNAMICS, 'dynamics/urdf', IO],
     'interface/system': [*AUTODIFF, *DYNAMICS, 'dynamics/simulation', *GENERATE, IO, 'interface/robot'],

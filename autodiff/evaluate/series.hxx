@@ -22,6 +22,20 @@ T product_of(bool gated, const T& a, const T& b) {
   return a * b;
 }
 
+// Coefficient by coefficient, so that one of a which is zero outweighs what it meets.
+template <class T>
+Series<T> absolute_product(const Series<T>& a, const Series<T>& b) {
+  Series<T> r;
+  r.resize(common_size(a, b));
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    const std::size_t first = b.moves() ? 0 : k, last = a.moves() ? k : 0;
+    r[k] = T(0);
+    for (std::size_t j = first; j <= last; ++j)
+      r[k] = r[k] + SeriesNumber<T>::evaluate(Op::Azmul, a[j], b[k - j], a[j]);
+  }
+  return r;
+}
+
 template <class T>
 T quotient_of(bool gated, const T& a, const T& b) {
   if constexpr (!SeriesNumber<T>::kKnown) {
@@ -251,6 +265,8 @@ Series<T> evaluate_series(Op op, const Series<T>& x, const Series<T>& y, const S
       return detail::product(x, y);
     case Op::Div:
       return detail::quotient(x, y);
+    case Op::Azmul:
+      return detail::absolute_product(x, y);
     case Op::Gate:
       return detail::passed(x, y, true);
     default:

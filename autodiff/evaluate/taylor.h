@@ -14,6 +14,7 @@
 // Calls of recorded functions are followed; kernels are asked for through `kernels`, ArgumentError without.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -53,14 +54,15 @@ class Taylor {
   std::size_t violated_guards() const;
   std::size_t violated_guard(std::size_t first) const;
 
-  // Of the last forward(); adjoints of the variables. What nothing depends on is nothing.
-  Many reverse(const Many& adjoints) const;
+  // Of the last forward(); adjoints of the variables. What nothing depends on is nothing.  Kernels are asked for the lowest `orders`
+  // coefficients only.
+  Many reverse(const Many& adjoints, std::size_t orders = SIZE_MAX) const;
 
  private:
   void forward_call(NodeId id);
   bool reverse_number(const Node& node, const T& adjoint, Many& adjoints) const;
   void reverse_node(NodeId id, Many& adjoints) const;
-  void reverse_call(NodeId call, const Many& of_results, Many& adjoints) const;
+  void reverse_call(NodeId call, const Many& of_results, std::size_t orders, Many& adjoints) const;
   std::shared_ptr<const SeriesKernel<T>> kernel_of(NodeId call) const;
   Many arguments_of(NodeId call) const;
 

@@ -127,9 +127,15 @@ std::size_t Taylor<T>::violated_guards() const {
 }
 
 template <class T>
-void Taylor<T>::reverse_call(NodeId call, const Many& of_results, Many& adjoints) const {
+void Taylor<T>::reverse_call(NodeId call, const Many& of_results, std::size_t orders, Many& adjoints) const {
   const Graph& graph = function_->graph;
-  const Many in = kernel_of(call)->reverse(arguments_of(call), results_[graph[call].c], of_results);
+  const auto lowest = [orders](const Many& all) {
+    Many some;
+    for (const Series<T>& series : all) some.push_back(series.first(orders));
+    return some;
+  };
+  const Many in = kernel_of(call)->reverse(lowest(arguments_of(call)), lowest(results_[graph[call].c]),
+                                           lowest(of_results));
   std::size_t i = 0;
   graph.for_each_argument(call, [&](NodeId a) {
     adjoints[a] = detail::sum(adjoints[a], in[i], false);
@@ -176,7 +182,7 @@ void Taylor<T>::reverse_node(NodeId id, Many& adjoints) const {
 }
 
 template <class T>
-std::vector<Series<T>> Taylor<T>::reverse(const Many& of_outputs) const {
+std::vector<Series<T>> Taylor<T>::reverse(const Many& of_outputs, std::size_t orders) const {
   const Graph& graph = function_->graph;
   Many adjoints(graph.size()), of_variables(function_->n_x());
   std::map<NodeId, Many> of_calls;  // adjoints of the results of calls
@@ -189,7 +195,7 @@ std::vector<Series<T>> Taylor<T>::reverse(const Many& of_outputs) const {
     const Node& node = graph[id];
     if (node.op == Op::Call) {
       if (const auto found = of_calls.find(id); found != of_calls.end())
-        reverse_call(id, found->second, adjoints);
+        reverse_call(id, found->second, orders, adjoints);
       continue;
     }
     if (adjoints[id].is_nothing()) continue;

@@ -18,7 +18,9 @@
 #include <limits>
 #include <type_traits>
 
-namespace dyntape::cppad {
+#include <dyntape/interface/cppad/vector.h>
+
+namespace CppAD::inline dyntape_names {
 
 template <class Base>
 class AD;
@@ -147,7 +149,7 @@ class AD {
 };
 
 template <class Number, class Base>
-concept MixesWith = !std::is_same_v<Number, AD<Base>> && std::convertible_to<const Number&, AD<Base>>;
+concept MixesWith = !std::is_base_of_v<AD<Base>, Number> && std::convertible_to<const Number&, AD<Base>>;
 
 // Functions of <cmath>, of AD and of what mixes with it.
 #define OP(...)
@@ -284,4 +286,4 @@ std::istream& operator>>(std::istream& in, AD<Base>& x) {
   return in;
 }
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

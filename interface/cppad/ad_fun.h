@@ -23,9 +23,10 @@
 
 #include <dyntape/interface/cppad/ad.h>
 #include <dyntape/interface/cppad/detail/fun.h>
+#include <dyntape/interface/cppad/graph/cpp_graph.h>
 #include <dyntape/interface/cppad/sparse_calls.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
 
@@ -169,7 +170,10 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Vector Forward(Size q, Size r, const Vector& xq) {
     return made<Vector>(core().forward(q, r, values(xq)));
   }
-  // w (m): weights of the coefficients of order q - 1; (m q): of all, [i q + k].  -> (n q), [j q + k]
+  // The derivatives of the weighted sum W of coefficients by the coefficients x_j^(k) of the variables, (n q); needs Forward to order q - 1.
+  // w (m): W = sum of w[i] y_i^(q - 1), and dw[j q + q - 1 - k] = dW/dx_j^(k): after Forward(1, dx), dw[2 j] is dW/dx_j^(1) and dw[2 j + 1]
+  // entry j of the Hessian of w . y times dx.
+  // w (m q), q > 1: W = sum of w[i q + k] y_i^(k), and dw[j q + k] = dW/dx_j^(k).
   template <class Vector>
   Vector Reverse(Size q, const Vector& w) {
     return made<Vector>(core().reverse(q, values(w)));
@@ -242,6 +246,24 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
     return ADFun<AD<Base>, RecBase>(core().on_recorded());
   }
 
+  // --- CppAD's formats (graph/cpp_graph.h): of ADFun<double>, read by ADFun<AD<double>> too ---
+  void to_graph(cpp_graph& graph) const {
+    detail::write_graph(core().recording(), graph);
+    graph.function_name_set(name_);
+  }
+  // dyn2var, var2dyn: which parameters become variables, and which variables parameters; empty: none.
+  void from_graph(const cpp_graph& graph, const vector<bool>& dyn2var = {},
+                  const vector<bool>& var2dyn = {}) {
+    fun_ = std::make_shared<detail::Fun<Base>>(detail::read_graph<Base>(graph, dyn2var, var2dyn));
+    name_ = graph.function_name_get();
+  }
+  std::string to_json() const {
+    cpp_graph graph;
+    to_graph(graph);
+    return graph.to_json();
+  }
+  void from_json(const std::string& text) { from_graph(cpp_graph::from_json(text)); }
+
   // --- for the layer ---
   detail::Fun<Base>& core() const {
     if (!fun_) detail::refuse_recording("ADFun: the function is empty; nothing has been recorded into it");
@@ -268,4 +290,4 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   std::string name_;
 };
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

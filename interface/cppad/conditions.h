@@ -9,7 +9,7 @@
 
 #include <dyntape/interface/cppad/ad.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 enum CompareOp { CompareLt, CompareLe, CompareEq, CompareGe, CompareGt, CompareNe };
 
@@ -178,12 +178,12 @@ S epsilon() {
   return numeric_limits<S>::epsilon();
 }
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names
 
 // Digits and the like are those of the base; values are the scalar's.
 template <class Base>
-struct std::numeric_limits<dyntape::cppad::AD<Base>> : std::numeric_limits<Base> {
-  using S = dyntape::cppad::AD<Base>;
+struct std::numeric_limits<CppAD::AD<Base>> : std::numeric_limits<Base> {
+  using S = CppAD::AD<Base>;
   static S epsilon() { return std::numeric_limits<Base>::epsilon(); }
   static S min() { return (std::numeric_limits<Base>::min)(); }
   static S max() { return (std::numeric_limits<Base>::max)(); }

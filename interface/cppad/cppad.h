@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// CppAD's vocabulary over the graph of this project: programs written for it change an include and an alias.
+// CppAD's vocabulary over the graph of this project, in namespace CppAD (dyntape::cppad is the same): programs written for it include
+// this header instead, or take it for <cppad/cppad.hpp> as they are (drop_in/drop_in.h).
 //
 //   #include <dyntape/interface/cppad/cppad.h>
-//   namespace CppAD = dyntape::cppad;
 //
 //   std::vector<CppAD::AD<double>> ax{3.0}, ay(1);
 //   CppAD::Independent(ax);
@@ -21,11 +21,18 @@
 #include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/eigen.h>
 #include <dyntape/interface/cppad/nodes/atomic.h>
+#include <dyntape/interface/cppad/nodes/atomic_base.h>
 #include <dyntape/interface/cppad/nodes/checkpoint.h>
 #include <dyntape/interface/cppad/nodes/vec_ad.h>
 #include <dyntape/interface/cppad/sparse.h>
+#include <dyntape/interface/cppad/utilities/checks.h>
+#include <dyntape/interface/cppad/utilities/error_handler.h>
+#include <dyntape/interface/cppad/utilities/gear.h>
 #include <dyntape/interface/cppad/utilities/lu.h>
 #include <dyntape/interface/cppad/utilities/near_equal.h>
 #include <dyntape/interface/cppad/utilities/numeric.h>
 #include <dyntape/interface/cppad/utilities/ode.h>
+#include <dyntape/interface/cppad/utilities/optimal_value.h>
+#include <dyntape/interface/cppad/utilities/testing.h>
+#include <dyntape/interface/cppad/utilities/thread_alloc.h>
 #include <dyntape/interface/cppad/vector.h>

@@ -8,7 +8,7 @@
 
 #include <dyntape/interface/cppad/ad.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 template <class Base>
 struct LikeDouble {  // looked up when Eigen is there
   using type = double;
@@ -22,7 +22,7 @@ inline constexpr bool kSharesLayout = false;
 #else
 inline constexpr bool kSharesLayout = true;
 #endif
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail
 
 namespace Eigen {
 
@@ -32,13 +32,12 @@ template <typename A, typename B, typename BinaryOp>
 struct ScalarBinaryOpTraits;
 
 template <class Base>
-struct NumTraits<dyntape::cppad::AD<Base>>
-    : NumTraits<typename dyntape::cppad::detail::LikeDouble<Base>::type> {
+struct NumTraits<CppAD::AD<Base>> : NumTraits<typename CppAD::detail::LikeDouble<Base>::type> {
   static_assert(
-      sizeof(Base) > 0 && dyntape::cppad::detail::kSharesLayout,
+      sizeof(Base) > 0 && CppAD::detail::kSharesLayout,
       "this unit's flags (-march, -mavx) give Eigen another allocator than dyntape's, which is a plain "
       "build's: compile it without them, or link dyntape::dyntape_native");
-  using S = dyntape::cppad::AD<Base>;
+  using S = CppAD::AD<Base>;
   using Real = S;
   using NonInteger = S;
   using Nested = S;
@@ -61,17 +60,17 @@ struct NumTraits<dyntape::cppad::AD<Base>>
 };
 
 template <class Base, typename BinaryOp>
-struct ScalarBinaryOpTraits<dyntape::cppad::AD<Base>, double, BinaryOp> {
-  using ReturnType = dyntape::cppad::AD<Base>;
+struct ScalarBinaryOpTraits<CppAD::AD<Base>, double, BinaryOp> {
+  using ReturnType = CppAD::AD<Base>;
 };
 template <class Base, typename BinaryOp>
-struct ScalarBinaryOpTraits<double, dyntape::cppad::AD<Base>, BinaryOp> {
-  using ReturnType = dyntape::cppad::AD<Base>;
+struct ScalarBinaryOpTraits<double, CppAD::AD<Base>, BinaryOp> {
+  using ReturnType = CppAD::AD<Base>;
 };
 
 }  // namespace Eigen
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 template <class Base>
 const AD<Base>& conj(const AD<Base>& x) {
@@ -90,4 +89,4 @@ AD<Base> abs2(const AD<Base>& x) {
   return x * x;
 }
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

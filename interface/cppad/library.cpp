@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/cppad/library.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
+
+using namespace dyntape;
 
 Function to_function(const ADFun<double>& f) {
   Function function = *f.core().recording().function;
@@ -15,4 +17,4 @@ CompiledFunction to_library(const ADFun<double>& f, CodegenOptions options) {
   return CompiledFunction::make(to_function(f), options);
 }
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -14,10 +14,10 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/cppad/ad_fun.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 // The recorded function, for generate_source() (codegen/pipeline.h) and whatever else takes one.
-Function to_function(const ADFun<double>& f);
-CompiledFunction to_library(const ADFun<double>& f, CodegenOptions options = {});
+dyntape::Function to_function(const ADFun<double>& f);
+dyntape::CompiledFunction to_library(const ADFun<double>& f, dyntape::CodegenOptions options = {});
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

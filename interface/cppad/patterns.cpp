@@ -2,12 +2,14 @@
 #include <dyntape/interface/cppad/detail/patterns.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/derive/sparsity.h>
+#include <dyntape/autodiff/graph/callee.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 // 64 variables at a time, a bit each.
 Pattern dependency_pattern(const Function& function) {
@@ -42,6 +44,78 @@ Pattern rows_of(const Pattern& pattern, std::size_t rows) {
   return first;
 }
 
+namespace {
+
+// Polynomials with the patterns of a kernel in their place: sums of what a result depends on, and of the products of the pairs.  No two
+// coefficients are equal, so that nothing cancels.
+struct KernelStandIns {
+  const Kernels& kernels;
+  double coefficient = 1;
+  Graph graph;
+
+  NodeId term(NodeId x) { return graph.make(Op::Mul, graph.constant(coefficient += 0.37), x); }
+
+  std::vector<NodeId> results(const Callee& callee, const KernelInSeries& kernel,
+                              const std::vector<NodeId>& arguments) {
+    std::vector<NodeId> sums(callee.n_out, graph.constant(0));
+    const auto add = [&](std::size_t i, NodeId x) { sums[i] = graph.make(Op::Add, sums[i], term(x)); };
+    const bool all = callee.pattern.rows == 0;
+    for (std::size_t i = 0; i < callee.n_out; ++i) {
+      std::vector<std::size_t> of_row;
+      for (std::size_t j = 0; j < callee.n_in && all; ++j) of_row.push_back(j);
+      for (std::size_t k = 0; k < callee.pattern.nnz(); ++k) {
+        if (callee.pattern.row[k] == i) of_row.push_back(callee.pattern.col[k]);
+      }
+      for (std::size_t j : of_row) add(i, arguments[j]);
+      Pattern pairs;
+      if (kernel.hessian(i, pairs)) {
+        for (std::size_t k = 0; k < pairs.nnz(); ++k)
+          add(i, graph.make(Op::Mul, arguments[pairs.row[k]], arguments[pairs.col[k]]));
+        continue;
+      }
+      for (std::size_t j : of_row) {
+        for (std::size_t k : of_row) add(i, graph.make(Op::Mul, arguments[j], arguments[k]));
+      }
+    }
+    return sums;
+  }
+};
+
+Function without_kernels(const Function& function, const Kernels& kernels) {
+  KernelStandIns made{kernels, 1, Graph()};
+  const Graph& from = function.graph;
+  std::vector<NodeId> image(from.size());
+  std::map<NodeId, std::vector<NodeId>> of_calls;
+  for (NodeId id = 0; id < from.size(); ++id) {
+    const Node& node = from[id];
+    std::vector<NodeId> arguments;
+    from.for_each_argument(id, [&](NodeId a) { arguments.push_back(image[a]); });
+    if (node.op == Op::Const) {
+      image[id] = made.graph.constant(from.constant_value(id));
+    } else if (node.op == Op::Input) {
+      image[id] = made.graph.input(static_cast<Block>(node.a), node.b);
+    } else if (node.op == Op::Call) {
+      const auto& callee = from.callees()[node.a];
+      const auto kernel = kernels.find(callee.get());
+      of_calls[id] = kernel == kernels.end() ? made.graph.call(callee, arguments)
+                                             : made.results(*callee, *kernel->second, arguments);
+    } else if (node.op == Op::Result) {
+      image[id] = of_calls[node.a][node.b];
+    } else {
+      arguments.resize(3, kNoNode);
+      image[id] = made.graph.make(node.op, arguments[0], arguments[1], arguments[2]);
+    }
+  }
+  Function result;
+  result.name = function.name;
+  result.inputs = function.inputs;
+  result.graph = std::move(made.graph);
+  for (NodeId output : function.outputs) result.outputs.push_back(image[output]);
+  return result;
+}
+
+}  // namespace
+
 Pattern second_order_pattern(const Function& function, std::size_t range, const std::vector<bool>& of_range,
                              const Kernels& kernels) {
   const std::size_t n = function.n_x();
@@ -51,24 +125,17 @@ Pattern second_order_pattern(const Function& function, std::size_t range, const 
     if (of_range[i]) outputs.push_back(i);
   }
   const Function part = select_outputs(function, outputs);
-  const auto enter = [&](std::uint32_t i, std::uint32_t j) { columns[i].insert(j), columns[j].insert(i); };
-  bool derivable = true;
-  for (const auto& callee : part.graph.callees()) derivable = derivable && !kernels.count(callee.get());
-  if (derivable) {
-    const Pattern lower = sparse_hessian(part).pattern;
-    for (std::size_t k = 0; k < lower.nnz(); ++k) enter(lower.row[k], lower.col[k]);
-  } else {
-    const auto rows = columns_of_rows(jacobian_sparsity(part));
-    for (const auto& row : rows) {
-      for (std::uint32_t i : row) {
-        for (std::uint32_t j : row) enter(i, j);
-      }
-    }
+  const Pattern lower = sparse_hessian(kernels.empty() ? part : without_kernels(part, kernels)).pattern;
+  for (std::size_t k = 0; k < lower.nnz(); ++k) {
+    columns[lower.row[k]].insert(lower.col[k]);
+    columns[lower.col[k]].insert(lower.row[k]);
   }
   std::vector<std::vector<std::uint32_t>> rows;
   for (const auto& row : columns) rows.emplace_back(row.begin(), row.end());
   return pattern_from_rows(rows, n);
 }
+
+namespace {
 
 bool is_in(const Pattern& pattern, std::size_t row, std::size_t col) {
   const auto from = std::lower_bound(pattern.row.begin(), pattern.row.end(), row),
@@ -84,9 +151,8 @@ void check_pattern(const char* what, const Pattern& pattern, std::size_t rows, s
          std::to_string(pattern.cols) + ", expected " + std::to_string(rows) + " x " + std::to_string(cols));
 }
 
-void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Colors& colors) {
+void color_all(const Entries& entries, const Pattern& pattern, bool rows, Colors& colors) {
   const std::size_t n = rows ? pattern.rows : pattern.cols, across = rows ? pattern.cols : pattern.rows;
-  if (colors.color.size() == n) return;
   std::vector<std::vector<std::size_t>> of_line(n), of_cross(across);
   for (std::size_t k = 0; k < pattern.nnz(); ++k) {
     const std::size_t line = rows ? pattern.row[k] : pattern.col[k],
@@ -94,7 +160,7 @@ void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Co
     of_line[line].push_back(cross);
     of_cross[cross].push_back(line);
   }
-  colors = {std::vector<std::size_t>(n, SIZE_MAX), 0};
+  colors = {std::vector<std::size_t>(n, SIZE_MAX), 0, {}};
   std::vector<bool> asked(n, false);
   for (std::size_t e = 0; e < entries.row.size(); ++e) asked[rows ? entries.row[e] : entries.col[e]] = true;
   std::vector<std::size_t> taken_by;  // color: the last line that may not have it
@@ -111,6 +177,21 @@ void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Co
     colors.color[line] = c;
   }
   colors.count = taken_by.size();
+  for (std::size_t e = 0; e < entries.row.size(); ++e)
+    colors.in_pattern.push_back(is_in(pattern, entries.row[e], entries.col[e]));
 }
 
-}  // namespace dyntape::cppad::detail
+}  // namespace
+
+void color_lines(const char* what, const Entries& entries, const Pattern& pattern, std::size_t n_rows,
+                 std::size_t n_cols, bool rows, Colors& colors) {
+  if (colors.empty()) {
+    check_pattern(what, pattern, n_rows, n_cols);
+    color_all(entries, pattern, rows, colors);
+  } else if (colors.color.size() != (rows ? n_rows : n_cols) ||
+             colors.in_pattern.size() != entries.row.size()) {
+    refuse(std::string(what) + ": work is of a call with other entries, expected work.clear() before it");
+  }
+}
+
+}  // namespace CppAD::inline dyntape_names::detail

@@ -24,8 +24,8 @@
 namespace Eigen::internal {
 
 template <class Base>
-struct cast_impl<dyntape::cppad::AD<Base>, Base> {
-  static Base run(const dyntape::cppad::AD<Base>& x) { return dyntape::cppad::Value(x); }
+struct cast_impl<CppAD::AD<Base>, Base> {
+  static Base run(const CppAD::AD<Base>& x) { return CppAD::Value(x); }
 };
 
 }  // namespace Eigen::internal
@@ -33,10 +33,10 @@ struct cast_impl<dyntape::cppad::AD<Base>, Base> {
 namespace boost::math::constants::detail {
 
 template <class Base>
-struct constant_pi<dyntape::cppad::AD<Base>> : constant_pi<Base> {
+struct constant_pi<CppAD::AD<Base>> : constant_pi<Base> {
   template <class Digits>
-  static dyntape::cppad::AD<Base> get(const Digits& digits) {
-    return dyntape::cppad::AD<Base>(constant_pi<Base>::get(digits));
+  static CppAD::AD<Base> get(const Digits& digits) {
+    return CppAD::AD<Base>(constant_pi<Base>::get(digits));
   }
 };
 
@@ -45,27 +45,27 @@ struct constant_pi<dyntape::cppad::AD<Base>> : constant_pi<Base> {
 namespace pinocchio {
 
 template <class Base>
-struct TaylorSeriesExpansion<dyntape::cppad::AD<Base>> : TaylorSeriesExpansion<Base> {
+struct TaylorSeriesExpansion<CppAD::AD<Base>> : TaylorSeriesExpansion<Base> {
   template <int degree>
-  static dyntape::cppad::AD<Base> precision() {
-    return dyntape::cppad::AD<Base>(TaylorSeriesExpansion<Base>::template precision<degree>());
+  static CppAD::AD<Base> precision() {
+    return CppAD::AD<Base>(TaylorSeriesExpansion<Base>::template precision<degree>());
   }
 };
 
 template <class To, class Base>
-struct ScalarCast<To, dyntape::cppad::AD<Base>> {
-  static To cast(const dyntape::cppad::AD<Base>& x) { return scalar_cast<To>(dyntape::cppad::Value(x)); }
+struct ScalarCast<To, CppAD::AD<Base>> {
+  static To cast(const CppAD::AD<Base>& x) { return scalar_cast<To>(CppAD::Value(x)); }
 };
 
 namespace internal {
 
 template <class Base, class Then, class Else>
-struct if_then_else_impl<dyntape::cppad::AD<Base>, dyntape::cppad::AD<Base>, Then, Else> {
-  using S = dyntape::cppad::AD<Base>;
+struct if_then_else_impl<CppAD::AD<Base>, CppAD::AD<Base>, Then, Else> {
+  using S = CppAD::AD<Base>;
   using ReturnType = S;
   static S run(ComparisonOperators op, const S& left, const S& right, const Then& if_true,
                const Else& if_false) {
-    using namespace dyntape::cppad;
+    using namespace CppAD;
     constexpr CompareOp kRelations[] = {CompareLt, CompareLe, CompareEq, CompareGe,
                                         CompareGt};  // as Pinocchio numbers them
     static_assert(LT == 0 && LE == 1 && EQ == 2 && GE == 3 && GT == 4);
@@ -75,7 +75,7 @@ struct if_then_else_impl<dyntape::cppad::AD<Base>, dyntape::cppad::AD<Base>, The
 
 // Symmetric matrices by their formulas, without pivots.
 template <class Base, int Rows, int Cols, int Options, int MaxRows, int MaxCols>
-struct MatrixInversion<Eigen::Matrix<dyntape::cppad::AD<Base>, Rows, Cols, Options, MaxRows, MaxCols>, false>
+struct MatrixInversion<Eigen::Matrix<CppAD::AD<Base>, Rows, Cols, Options, MaxRows, MaxCols>, false>
     : MatrixInversionImpl<Rows, Cols> {};
 
 }  // namespace internal

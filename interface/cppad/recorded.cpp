@@ -6,10 +6,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/cppad/detail/tape.h>
 
-namespace dyntape::cppad::detail {
-
-void refuse(const std::string& sentence) { throw ArgumentError(sentence); }
-void refuse_recording(const std::string& sentence) { throw RecordingError(sentence); }
+namespace CppAD::inline dyntape_names::detail {
 
 namespace {
 
@@ -77,6 +74,14 @@ NodeId Tape<Base>::node(const AD<Base>& x) {
 }
 
 template <class Base>
+void Tape<Base>::guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expected, const char* file,
+                       int line) {
+  const NodeId a = node(x), b = node(y), condition = graph.make(op, a, b);
+  if (graph.is_constant(condition)) return;
+  if (guarded.insert(condition).second) guards.push_back({condition, expected, file, line});
+}
+
+template <class Base>
 Kind Tape<Base>::kind(NodeId id) {
   for (auto next = static_cast<NodeId>(kinds.size()); next <= id; ++next) {
     const Node& node = graph[next];
@@ -140,12 +145,15 @@ bool compare(Row row, const AD<Base>& x, const AD<Base>& y, const char* file, in
     truth = compare(row, x.value(), y.value(), file, line);
   }
   Tape<Base>* const tape = current_tape<Base>;
-  if (!is_on(tape, x) && !is_on(tape, y)) return truth;
-  if (!tape->begin.record_compare) return truth;
-  const NodeId a = tape->node(x), b = tape->node(y), condition = tape->graph.make(op, a, b);
-  if (tape->graph.is_constant(condition)) return truth;
-  if (tape->guarded.insert(condition).second) tape->guards.push_back({condition, truth, file, line});
+  if ((is_on(tape, x) || is_on(tape, y)) && tape->begin.record_compare)
+    tape->guard(op, x, y, truth, file, line);
   return truth;
+}
+
+template <class Base>
+void record_guard(Row row, const AD<Base>& x, const AD<Base>& y) {
+  Tape<Base>* const tape = current_tape<Base>;
+  if (is_on(tape, x) || is_on(tape, y)) tape->guard(op_of(row), x, y, true, "graph", 0);
 }
 
 template <class Base>
@@ -302,6 +310,7 @@ std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::siz
   template AD<Base> apply(Row, const AD<Base>&, const AD<Base>&);                                       \
   template AD<Base> apply(Row, const AD<Base>&, const AD<Base>&, const AD<Base>&);                      \
   template bool compare(Row, const AD<Base>&, const AD<Base>&, const char*, int);                       \
+  template void record_guard(Row, const AD<Base>&, const AD<Base>&);                                    \
   template Kind kind_of(const AD<Base>&);                                                               \
   template const Base& value_to_keep(const AD<Base>&);                                                  \
   template bool is_recording<Base>();                                                                   \
@@ -318,9 +327,9 @@ DYNTAPE_CPPAD_BASE(double)
 DYNTAPE_CPPAD_BASE(AD<double>)
 DYNTAPE_CPPAD_BASE(AD<AD<double>>)
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 template <class Base>
 void AD<Base>::abort_recording() {
@@ -332,4 +341,4 @@ template void AD<double>::abort_recording();
 template void AD<AD<double>>::abort_recording();
 template void AD<AD<AD<double>>>::abort_recording();
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <sstream>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 vector<std::size_t> sorted_places(const vector<std::size_t>& first, const vector<std::size_t>& second) {
   vector<std::size_t> places(first.size());
@@ -97,4 +97,4 @@ void check_coloring(const char* what, const std::string& name) {
          "colpack.general, colpack.star");
 }
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

@@ -14,7 +14,7 @@
 
 #include <dyntape/interface/cppad/vector.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
 // The order in which entries ascend by the first, then by the second; in sets.cpp.
@@ -54,6 +54,9 @@ class sparse_rc {
   const SizeVector& col() const { return col_; }
   SizeVector row_major() const { return order(row_, col_); }
   SizeVector col_major() const { return order(col_, row_); }
+  // Sorts the entries.
+  void set_row_major() { permute(row_major()); }
+  void set_col_major() { permute(col_major()); }
   void swap(sparse_rc& other) { std::swap(*this, other); }
 
   friend bool operator==(const sparse_rc& a, const sparse_rc& b) {
@@ -72,6 +75,11 @@ class sparse_rc {
   }
 
  private:
+  void permute(const SizeVector& places) {
+    SizeVector rows(nnz_), cols(nnz_);
+    for (std::size_t k = 0; k < nnz_; ++k) rows[k] = row_[places[k]], cols[k] = col_[places[k]];
+    row_ = rows, col_ = cols;
+  }
   // Entries sorted by the first, then by the second.
   SizeVector order(const SizeVector& first, const SizeVector& second) const {
     vector<std::size_t> a(nnz_), b(nnz_);
@@ -124,4 +132,4 @@ class sparse_rcv {
   ValueVector val_;
 };
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -20,7 +20,7 @@
 #include <dyntape/interface/cppad/detail/sets.h>
 #include <dyntape/interface/cppad/sparse.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 struct sparse_jac_work {
   void clear() { colors = {}; }
@@ -106,14 +106,15 @@ class SparseCalls {
     const Sets of_r = sets_of(r, transpose ? fun().range() : q, transpose ? q : fun().range(), transpose);
     return to_vector<VectorSet>(product(of_r, sets_of(fun().jacobian_pattern(dependency))), transpose);
   }
-  // s (1 x m) -> H R, of the R of the last ForSparseJac.
+  // s (1 x m) -> the transpose of H R (q x n), of the R of the last ForSparseJac; H R (n x q) if `transpose`.
   template <class VectorSet>
   VectorSet RevSparseHes(Size q, const VectorSet& s, bool transpose = false) {
     const Sets of_s = sets_of(s, 1, fun().range(), false);
     if (for_jac_.cols != q)
       refuse("RevSparseHes: q is " + std::to_string(q) + ", and the last ForSparseJac had " +
              std::to_string(for_jac_.cols));
-    return to_vector<VectorSet>(product(sets_of(fun().hessian_pattern(selected(of_s))), for_jac_), transpose);
+    return to_vector<VectorSet>(product(sets_of(fun().hessian_pattern(selected(of_s))), for_jac_),
+                                !transpose);
   }
   // r, s (1 x n), (1 x m): which variables and results.
   template <class VectorSet>
@@ -126,16 +127,16 @@ class SparseCalls {
 
   // --- values of the entries of a subset; the number of sweeps ---
   template <class V, class BaseVector>
-  Size sparse_jac_for(Size group_max, const BaseVector& x, sparse_rcv<V, BaseVector>& subset,
+  Size sparse_jac_for(Size /*group_max*/, const BaseVector& x, sparse_rcv<V, BaseVector>& subset,
                       const sparse_rc<V>& pattern, const std::string& coloring, sparse_jac_work& work) {
     check_coloring("sparse_jac_for", coloring);
-    return jacobian_entries(x, subset, pattern, true, group_max, work.colors);
+    return jacobian_entries(x, subset, pattern, true, work.colors);
   }
   template <class V, class BaseVector>
   Size sparse_jac_rev(const BaseVector& x, sparse_rcv<V, BaseVector>& subset, const sparse_rc<V>& pattern,
                       const std::string& coloring, sparse_jac_work& work) {
     check_coloring("sparse_jac_rev", coloring);
-    return jacobian_entries(x, subset, pattern, false, 1, work.colors);
+    return jacobian_entries(x, subset, pattern, false, work.colors);
   }
   template <class V, class BaseVector>
   Size sparse_hes(const BaseVector& x, const BaseVector& w, sparse_rcv<V, BaseVector>& subset,
@@ -144,7 +145,7 @@ class SparseCalls {
     std::vector<Base> found;
     const Size sweeps =
         fun().sparse_hessian(Self::values(x), Self::values(w), entries(subset.row(), subset.col()),
-                             pattern_of(sets_of(pattern, false)), work.colors, found);
+                             read(pattern, work.colors), work.colors, found);
     for (Size k = 0; k < found.size(); ++k) subset.set(k, found[k]);
     return sweeps;
   }
@@ -153,7 +154,7 @@ class SparseCalls {
     Colors colors;
     std::vector<Base> found;
     fun().sparse_jacobian(Self::values(x), entries(subset.row(), subset.col()), fun().jacobian_pattern(false),
-                          false, 1, colors, found);
+                          false, colors, found);
     for (Size k = 0; k < found.size(); ++k) subset.set(k, found[k]);
   }
   template <class BoolVector, class V, class BaseVector>
@@ -221,9 +222,9 @@ class SparseCalls {
   Size SparseHessian(const BaseVector& x, const BaseVector& w, const VectorSet& p, const SizeVector& row,
                      const SizeVector& col, BaseVector& hes, sparse_hessian_work& work) {
     std::vector<Base> found;
-    const Size sweeps = fun().sparse_hessian(Self::values(x), Self::values(w), entries(row, col),
-                                             pattern_of(sets_of(p, fun().domain(), fun().domain(), false)),
-                                             work.colors, found);
+    const Size sweeps =
+        fun().sparse_hessian(Self::values(x), Self::values(w), entries(row, col),
+                             read(p, fun().domain(), fun().domain(), work.colors), work.colors, found);
     hes = Self::template made<BaseVector>(found);
     return sweeps;
   }
@@ -260,11 +261,10 @@ class SparseCalls {
 
   template <class V, class BaseVector>
   Size jacobian_entries(const BaseVector& x, sparse_rcv<V, BaseVector>& subset, const sparse_rc<V>& pattern,
-                        bool forward, Size group, Colors& colors) {
+                        bool forward, Colors& colors) {
     std::vector<Base> found;
-    const Size sweeps =
-        fun().sparse_jacobian(Self::values(x), entries(subset.row(), subset.col()),
-                              pattern_of(sets_of(pattern, false)), forward, group, colors, found);
+    const Size sweeps = fun().sparse_jacobian(Self::values(x), entries(subset.row(), subset.col()),
+                                              read(pattern, colors), forward, colors, found);
     for (Size k = 0; k < found.size(); ++k) subset.set(k, found[k]);
     return sweeps;
   }
@@ -273,10 +273,19 @@ class SparseCalls {
                     BaseVector& jac, bool forward, sparse_jacobian_work& work) {
     std::vector<Base> found;
     const Size sweeps = fun().sparse_jacobian(Self::values(x), entries(row, col),
-                                              pattern_of(sets_of(p, fun().range(), fun().domain(), false)),
-                                              forward, Size(1), work.colors, found);
+                                              read(p, fun().range(), fun().domain(), work.colors), forward,
+                                              work.colors, found);
     jac = Self::template made<BaseVector>(found);
     return sweeps;
+  }
+  // The pattern that a call with these groups reads: none where there are some.
+  template <class V>
+  Pattern read(const sparse_rc<V>& pattern, const Colors& colors) const {
+    return colors.empty() ? pattern_of(sets_of(pattern, false)) : Pattern();
+  }
+  template <class VectorSet>
+  Pattern read(const VectorSet& p, Size rows, Size cols, const Colors& colors) const {
+    return colors.empty() ? pattern_of(sets_of(p, rows, cols, false)) : Pattern();
   }
   template <class V>
   Entries entries(const V& row, const V& col) const {
@@ -296,4 +305,4 @@ class SparseCalls {
 
 }  // namespace detail
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -11,21 +11,30 @@
 #include <initializer_list>
 #include <memory>
 #include <ostream>
+#include <span>
 #include <string>
 #include <utility>
 
-namespace dyntape::cppad {
+// The names stand in CppAD itself, which programs may open and specialise; the namespace in between keeps their symbols apart from
+// those of programs that are compiled with CppAD's own headers.
+namespace CppAD::inline dyntape_names {}
+namespace dyntape {
+namespace cppad = ::CppAD;
+}
+
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
+using namespace ::dyntape;  // this layer is written over its graph
 [[noreturn]] void refuse(const std::string& sentence);
-}
+}  // namespace detail
 
 template <class Type>
 class vector {
  public:
   using value_type = Type;
-  using iterator = Type*;
-  using const_iterator = const Type*;
+  using iterator = typename std::span<Type>::iterator;
+  using const_iterator = typename std::span<const Type>::iterator;
 
   vector() = default;
   explicit vector(std::size_t n) { resize(n); }
@@ -49,10 +58,10 @@ class vector {
   bool empty() const { return size_ == 0; }
   Type* data() { return data_.get(); }
   const Type* data() const { return data_.get(); }
-  Type* begin() { return data(); }
-  Type* end() { return data() + size_; }
-  const Type* begin() const { return data(); }
-  const Type* end() const { return data() + size_; }
+  iterator begin() { return std::span<Type>(data(), size_).begin(); }
+  iterator end() { return std::span<Type>(data(), size_).end(); }
+  const_iterator begin() const { return std::span<const Type>(data(), size_).begin(); }
+  const_iterator end() const { return std::span<const Type>(data(), size_).end(); }
   Type& operator[](std::size_t i) { return check(i), data_[i]; }
   const Type& operator[](std::size_t i) const { return check(i), data_[i]; }
 
@@ -103,8 +112,17 @@ class vector {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
-using vectorBool = vector<bool>;
+// Printed without braces and commas.
+class vectorBool : public vector<bool> {
+ public:
+  using vector<bool>::vector;
+  static std::size_t bit_per_unit() { return 8 * sizeof(bool); }
+  friend std::ostream& operator<<(std::ostream& out, const vectorBool& v) {
+    for (bool b : v) out << b;
+    return out;
+  }
+};
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names
 
-#define CPPAD_TESTVECTOR(Scalar) ::dyntape::cppad::vector<Scalar>
+#define CPPAD_TESTVECTOR(Scalar) ::CppAD::vector<Scalar>

@@ -30,10 +30,4 @@ Eigen::MatrixXd staircase_by_reflections(Eigen::MatrixXd A, double tolerance) {
   return R;
 }
 
-#if !DYNTAPE_SUITESPARSE
-Eigen::MatrixXd staircase(const Eigen::MatrixXd& A, double tolerance) {
-  return staircase_by_reflections(A, tolerance);
-}
-#endif
-
 }  // namespace dyntape::detail

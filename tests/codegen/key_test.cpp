@@ -55,7 +55,7 @@ std::shared_ptr<const Callee> kernel(const Recipe& r) {
       kernel.fused = [r] {
         Recipe fused = r;
         fused.fused = "";
-        auto callee = std::make_shared<Callee>(*dyntape::kernel(fused));
+        auto callee = std::make_shared<Callee>(*key_test::kernel(fused));
         std::get<Kernel>(callee->body).c_body = r.fused;
         return callee;
       };

@@ -23,7 +23,7 @@ AddedBody<double> random_hull(const Model<double>& model, Random& random) {
   return hull;
 }
 
-class AddedMassOn : public testing::TestWithParam<unsigned long> {
+class AddedMassOn : public ::testing::TestWithParam<unsigned long> {
  protected:
   AddedMassOn() : random(GetParam()) {
     model = random_tree(random, {1 + random.below(6), GetParam() % 2 ? Base::kFloating : Base::kFixed});
@@ -91,7 +91,7 @@ TEST_P(AddedMassOn, IsRefusedWhereSecondOrderDoesNotKnowIt) {
   EXPECT_THROW(id_second_order(model, data, second, s.q, s.v, s.a, effects.acting()), ArgumentError);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, AddedMassOn, testing::Range(1UL, 9UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, AddedMassOn, ::testing::Range(1UL, 9UL));
 
 // A free body far from gravity: Kirchhoff's equations, with the moment v x D v that turns hulls broadside.
 TEST(AddedMass, OfAFreeBodyFollowsKirchhoff) {

@@ -41,7 +41,7 @@ long count(F call) {
   return allocations - before;
 }
 
-class Allocation : public testing::TestWithParam<unsigned long> {
+class Allocation : public ::testing::TestWithParam<unsigned long> {
  protected:
   Allocation() : random(GetParam()) {
     model = random_tree(random, {12, GetParam() % 2 ? Base::kFloating : Base::kFixed});
@@ -103,7 +103,7 @@ TEST_P(Allocation, ConstraintsAndFollowers) {
   EXPECT_EQ(count([&] { fd_derivatives(model, data, q, v, tau); }), 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, Allocation, testing::Range(1UL, 5UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, Allocation, ::testing::Range(1UL, 5UL));
 
 }  // namespace
 }  // namespace dyntape::dynamics::allocation_test

@@ -30,7 +30,7 @@ double error(const MatrixXd& a, const MatrixXd& b) {
 
 VectorXq stacked(const Force<Float128>& f) { return f.vector(); }
 
-class CentroidalOf : public testing::TestWithParam<unsigned long> {
+class CentroidalOf : public ::testing::TestWithParam<unsigned long> {
  protected:
   CentroidalOf() : random(GetParam()) {
     const RandomTreeShape shape{1 + random.below(7), GetParam() % 2 ? Base::kFloating : Base::kFixed,
@@ -278,7 +278,7 @@ TEST_P(CentroidalOf, RootPositionEntersTheCentreOnly) {
   EXPECT_EQ(far.subtree_com, c->subtree_com);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, CentroidalOf, testing::Range(1UL, 21UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, CentroidalOf, ::testing::Range(1UL, 21UL));
 
 TEST(Centroidal, BodiesWithoutMassHaveTheirCentreAtZero) {
   Random random(4);

@@ -83,7 +83,7 @@ struct Twice {
   ConstrainedHessian<double> second;
 };
 
-class ConstrainedHessianOf : public testing::TestWithParam<unsigned long> {};
+class ConstrainedHessianOf : public ::testing::TestWithParam<unsigned long> {};
 
 // Loops, places in the world, three and six rows, with stabilisation; fixed and floating bases.
 TEST_P(ConstrainedHessianOf, IsTheSlopeOfTheFirstDerivatives) {
@@ -118,7 +118,7 @@ TEST_P(ConstrainedHessianOf, ImpactsIsTheSlopeOfTheirFirstDerivatives) {
               H);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, ConstrainedHessianOf, testing::Range(1UL, 13UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, ConstrainedHessianOf, ::testing::Range(1UL, 13UL));
 
 State state_of(const Model<double>& model, unsigned long seed) {
   Random random(seed);

@@ -69,7 +69,7 @@ TEST_P(ConstrainedWithEffects, NothingChosenIsThePlainAlgorithm) {
   EXPECT_EQ(c.lambda_dv, plain.lambda_dv);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, ConstrainedWithEffects, testing::Range(1UL, 32UL, 2UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, ConstrainedWithEffects, ::testing::Range(1UL, 32UL, 2UL));
 
 }  // namespace
 }  // namespace dyntape::dynamics::constraint_effects_test

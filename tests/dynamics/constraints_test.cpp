@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 double largest(const MatrixXd& x) { return x.size() == 0 ? 0 : x.cwiseAbs().maxCoeff(); }
 
-class Constrained : public testing::TestWithParam<unsigned long> {};
+class Constrained : public ::testing::TestWithParam<unsigned long> {};
 
 // The equations of motion and the demanded acceleration hold; work goes where it should.
 TEST_P(Constrained, EquationsHold) {
@@ -259,7 +259,7 @@ TEST(ConstraintArguments, OneSentence) {
             1e-13);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, Constrained, testing::Range(1UL, 13UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, Constrained, ::testing::Range(1UL, 13UL));
 
 }  // namespace
 }  // namespace dyntape::dynamics::constraints_test

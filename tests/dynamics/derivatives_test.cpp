@@ -117,7 +117,7 @@ TEST_P(Derivatives, InVelocityAreThoseOfAQuadraticForm) {
   EXPECT_EQ(data->dtau_dv, MatrixXd::Zero(model.nv, model.nv));
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, Derivatives, testing::Range(1UL, 21UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, Derivatives, ::testing::Range(1UL, 21UL));
 
 }  // namespace
 }  // namespace dyntape::dynamics::derivatives_test

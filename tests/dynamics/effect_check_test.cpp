@@ -44,7 +44,7 @@ struct Numbers {
   }
 };
 
-class EffectsOfSeed : public testing::TestWithParam<unsigned long> {
+class EffectsOfSeed : public ::testing::TestWithParam<unsigned long> {
  protected:
   EffectsOfSeed() : random(GetParam()), model(random_tree(random)), effects(all_effects(model, random)) {}
 
@@ -130,7 +130,7 @@ TEST_P(EffectsOfSeed, WhatIsWrongIsNamed) {
   EXPECT_EQ(complaint(), "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, EffectsOfSeed, testing::Range(1UL, 4UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, EffectsOfSeed, ::testing::Range(1UL, 4UL));
 
 TEST(EffectItems, AreFixedToFramesByName) {
   Random random(2);

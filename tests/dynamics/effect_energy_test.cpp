@@ -98,7 +98,7 @@ TEST_P(EffectEnergy, BalanceCloses) {
   EXPECT_NEAR(sum, all, 1e-13 * size);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, EffectEnergy, testing::Range(1UL, 21UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, EffectEnergy, ::testing::Range(1UL, 21UL));
 
 }  // namespace
 }  // namespace dyntape::dynamics::effect_energy_test

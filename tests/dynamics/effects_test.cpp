@@ -18,7 +18,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using VectorXq = VectorX<Float128>;
 
-class EffectsOn : public testing::TestWithParam<unsigned long> {
+class EffectsOn : public ::testing::TestWithParam<unsigned long> {
  protected:
   EffectsOn() : random(GetParam()) {
     model = random_tree(random, {1 + random.below(6), GetParam() % 2 ? Base::kFloating : Base::kFixed});
@@ -191,7 +191,7 @@ TEST_P(EffectsOn, ArmatureIsOnTheDiagonal) {
   EXPECT_LE((added - model_armature(model)).norm(), 1e-14 * with.norm());
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, EffectsOn, testing::Range(1UL, 11UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, EffectsOn, ::testing::Range(1UL, 11UL));
 
 // Over many robots each effect is met and acts.
 TEST(Effects, EachActsSomewhere) {

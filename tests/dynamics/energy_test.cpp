@@ -112,7 +112,7 @@ TEST_P(EnergyOf, BiasDerivativesMatchDifferences) {
   EXPECT_LE((twice - 2 * (nle - generalized_gravity(model, *data, s.q))).norm(), 1e-13 * (1 + nle.norm()));
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, EnergyOf, testing::Range(1UL, 21UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, EnergyOf, ::testing::Range(1UL, 21UL));
 
 TEST(Energy, WrongArgumentsAreNamed) {
   Random random(3);

@@ -101,7 +101,7 @@ Slopes textbook_slopes(const Model<double>& model, const Data<double>& data, con
   return result;
 }
 
-class Errata : public testing::TestWithParam<unsigned long> {
+class Errata : public ::testing::TestWithParam<unsigned long> {
  protected:
   Errata() : random(GetParam()) {
     model.gravity = {1, 2, -9};
@@ -251,7 +251,7 @@ TEST(ErrataOfSteps, DiscreteSlopesGoThroughTheIntegrator) {
   EXPECT_GT(relative_error(h * MatrixXd::Identity(n, n), difference_by(by_v)), 1e-3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Random, Errata, testing::Range(1ul, 6ul));
+INSTANTIATE_TEST_SUITE_P(Random, Errata, ::testing::Range(1ul, 6ul));
 
 }  // namespace
 }  // namespace dyntape::dynamics::errata_test

@@ -26,7 +26,7 @@ using Eigen::VectorXd;
 
 constexpr unsigned long kSeeds = 40;
 
-class Identities : public testing::TestWithParam<unsigned long> {
+class Identities : public ::testing::TestWithParam<unsigned long> {
  protected:
   Identities() : random(GetParam()) {
     const RandomTreeShape shape{1 + random.below(12), GetParam() % 2 ? Base::kFloating : Base::kFixed,
@@ -207,8 +207,8 @@ TEST_P(Identities, UnnormalisedConfigurationsAreReadByDirection) {
   EXPECT_LE(relative_error(other.ddq_dv, data->ddq_dv), 1e-11);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, Identities, testing::Range(1UL, kSeeds + 1));
-INSTANTIATE_TEST_SUITE_P(Seeds, FloatingIdentities, testing::Range(1UL, kSeeds + 1, 2UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, Identities, ::testing::Range(1UL, kSeeds + 1));
+INSTANTIATE_TEST_SUITE_P(Seeds, FloatingIdentities, ::testing::Range(1UL, kSeeds + 1, 2UL));
 
 TEST(Arguments, WrongSizesAreNamed) {
   Random random(3);

@@ -35,7 +35,7 @@ auto slope(int n, int k, F f) {
   return ((up - f(e)) / (2 * h)).eval();
 }
 
-class JointSheet : public testing::TestWithParam<JointType> {
+class JointSheet : public ::testing::TestWithParam<JointType> {
  protected:
   // A robot of one joint, placed anywhere, about any axis.
   void next_robot() {
@@ -231,7 +231,7 @@ TEST_P(JointSheet, TreeTransformBeforeTheJointIsAnotherRobot) {
 }
 
 // The type within a chain: at its root, in its middle and at its end.
-class JointInAChain : public testing::TestWithParam<JointType> {
+class JointInAChain : public ::testing::TestWithParam<JointType> {
  protected:
   JointInAChain() {
     model.gravity = random.vector3(10);
@@ -331,14 +331,14 @@ TEST_P(JointInAChain, PowerIsTheRateOfEnergy) {
   EXPECT_LE(abs(Float128(rate - power)), 1e-14 * (1 + abs(power)));
 }
 
-std::string name_of(const testing::TestParamInfo<JointType>& info) {
+std::string name_of(const ::testing::TestParamInfo<JointType>& info) {
   std::string name = to_string(info.param);
   name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
   return name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Types, JointInAChain, testing::ValuesIn(kAll), name_of);
-INSTANTIATE_TEST_SUITE_P(Types, JointSheet, testing::ValuesIn(kAll), name_of);
+INSTANTIATE_TEST_SUITE_P(Types, JointInAChain, ::testing::ValuesIn(kAll), name_of);
+INSTANTIATE_TEST_SUITE_P(Types, JointSheet, ::testing::ValuesIn(kAll), name_of);
 
 TEST(Joints, AScrewOfNoPitchIsARevoluteJoint) {
   Random random(1);

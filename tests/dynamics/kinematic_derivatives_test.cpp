@@ -299,7 +299,7 @@ TEST_P(KinematicDerivativesOf, FramesOneAfterTheOther) {
   EXPECT_EQ(H.H.cwiseAbs().maxCoeff(), 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, KinematicDerivativesOf, testing::Range(1UL, 25UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, KinematicDerivativesOf, ::testing::Range(1UL, 25UL));
 
 TEST(KinematicDerivatives, NamesWhatIsWrong) {
   Random random(3);

@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 using Vectorq = VectorX<Float128>;
 using Rules = std::vector<MimicRule>;
 
-class Mimic : public testing::TestWithParam<unsigned long> {
+class Mimic : public ::testing::TestWithParam<unsigned long> {
  protected:
   static Model<double> tree(Random& random) {
     return random_tree(random, {10, random.below(2) ? Base::kFloating : Base::kFixed});
@@ -139,7 +139,7 @@ TEST_P(Mimic, Configurations) {
             1e-13);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, Mimic, testing::Range(1UL, 11UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, Mimic, ::testing::Range(1UL, 11UL));
 
 TEST(MimicRules, ChainsAreResolvedToTheirFirstLeader) {
   const Rules rules = resolved({{"c", "b", 2, 1}, {"b", "a", 3, -1}});

@@ -20,7 +20,7 @@ using reference::BodyState;
 
 constexpr int kSeed = 11;
 
-class Operations : public testing::TestWithParam<std::string> {
+class Operations : public ::testing::TestWithParam<std::string> {
  protected:
   Model<double> floating() const { return load_urdf(robot_file(GetParam()), {.base = Base::kFloating}); }
   Model<double> fixed() const { return load_urdf(robot_file(GetParam())); }
@@ -224,7 +224,7 @@ TEST_P(Operations, GravityIsReplaced) {
   EXPECT_EQ(model.gravity, Vector3d(0, 0, -9.81));
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, Operations, testing::ValuesIn(robot_names()),
+INSTANTIATE_TEST_SUITE_P(Robots, Operations, ::testing::ValuesIn(robot_names()),
                          [](const auto& info) { return info.param; });
 
 TEST(ModelOperations, SayWhatIsWrong) {

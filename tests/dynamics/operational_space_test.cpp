@@ -66,7 +66,7 @@ struct Arms {
   Data<double> data;
 };
 
-class OperationalSpaceLaw : public testing::TestWithParam<int> {};
+class OperationalSpaceLaw : public ::testing::TestWithParam<int> {};
 
 TEST_P(OperationalSpaceLaw, GivesTheAccelerationThatIsAskedFor) {
   const int joints = GetParam();
@@ -109,7 +109,7 @@ TEST_P(OperationalSpaceLaw, HoldsItsDefinitions) {
   EXPECT_LE(relative_error(tau, expected), 1e-10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Joints, OperationalSpaceLaw, testing::Values(3, 4, 6, 7, 9));
+INSTANTIATE_TEST_SUITE_P(Joints, OperationalSpaceLaw, ::testing::Values(3, 4, 6, 7, 9));
 
 // Errata E44: with the spatial acceleration for the rate of a velocity, the loop does not close.
 TEST(OperationalSpace, NeedsTheClassicalBias) {

@@ -36,7 +36,7 @@ Model<Float128> with_true_rotations(Model<double> model) {
   return exact;
 }
 
-class RegressorOf : public testing::TestWithParam<unsigned long> {
+class RegressorOf : public ::testing::TestWithParam<unsigned long> {
  protected:
   RegressorOf() : random(GetParam()) {
     RandomTreeShape shape{1 + random.below(9), GetParam() % 2 ? Base::kFloating : Base::kFixed};
@@ -185,7 +185,7 @@ TEST_P(RegressorOf, DoesNotKnowWhereTheBaseIs) {
   EXPECT_EQ(near, torque_regressor(model, data, regressor, s.q, s.v, s.a));
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, RegressorOf, testing::Range(1UL, 31UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, RegressorOf, ::testing::Range(1UL, 31UL));
 
 TEST(Regressor, HoldsOnTheRobots) {
   for (const std::string& name : robot_names()) {

@@ -99,7 +99,7 @@ const Check kChecks[] = {
     {"g1", Base::kFloating, {}, 29, 33.3411, -12.5111991066, 0.0399973657231, 352.83592141, 10.83881621},
     {"talos", Base::kFloating, {}, 32, 90.2722, -0.851220884279, 0.110859488416, 958.011799375, 10.45142377}};
 
-class Robots : public testing::TestWithParam<Check> {};
+class Robots : public ::testing::TestWithParam<Check> {};
 
 // Half a unit in the last of `digits` printed digits.
 double near(double printed, double digits) {
@@ -138,7 +138,7 @@ TEST_P(Robots, DynamicsInTheCheckState) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Robots, testing::ValuesIn(kChecks), [](const auto& info) {
+INSTANTIATE_TEST_SUITE_P(All, Robots, ::testing::ValuesIn(kChecks), [](const auto& info) {
   return std::string(info.param.robot) + (info.param.base == Base::kFloating ? "_floating" : "_fixed");
 });
 

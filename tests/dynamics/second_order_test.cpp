@@ -264,9 +264,9 @@ TEST_P(SecondOrderOf, DoesNotSeeWhereTheBaseIs) {
   EXPECT_TRUE(hessian_here.d2ddq == hessian_there.d2ddq);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, SecondOrderOf, testing::Range(1UL, 9UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, SecondOrderOf, ::testing::Range(1UL, 9UL));
 
-class SecondOrderOfRobot : public testing::TestWithParam<const char*> {};
+class SecondOrderOfRobot : public ::testing::TestWithParam<const char*> {};
 
 // The same templates in 113 bits.
 TEST_P(SecondOrderOfRobot, IsAccurate) {
@@ -303,7 +303,7 @@ TEST_P(SecondOrderOfRobot, IsAccurate) {
             1e-12);
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, SecondOrderOfRobot, testing::Values("panda", "solo12", "simple_humanoid"));
+INSTANTIATE_TEST_SUITE_P(Robots, SecondOrderOfRobot, ::testing::Values("panda", "solo12", "simple_humanoid"));
 
 TEST(SecondOrder, RefusesWrongSizes) {
   Random random(1);

@@ -159,7 +159,7 @@ TEST_P(Schemes, OrdersOfConvergence) {
   EXPECT_NEAR(order(&Schemes::variational, 32, reference), 2, 0.05) << "seed " << GetParam();
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, Schemes, testing::Range(1UL, 7UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, Schemes, ::testing::Range(1UL, 7UL));
 
 }  // namespace
 }  // namespace dyntape::dynamics::simulation_steps_test

@@ -23,7 +23,7 @@ auto phase_space(const Model<T>& model, int motors) {
                       EuclideanSpace<T>(motors));
 }
 
-class StateSpaces : public testing::TestWithParam<unsigned long> {
+class StateSpaces : public ::testing::TestWithParam<unsigned long> {
  protected:
   static constexpr int kMotors = 3;
   StateSpaces() : random(GetParam()) {
@@ -86,7 +86,7 @@ TEST_P(StateSpaces, PairsAndLines) {
   for (const Line& line : space.lines()) EXPECT_EQ(moved[line.x], x[line.x] + d[line.t]);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, StateSpaces, testing::Range(1UL, 21UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, StateSpaces, ::testing::Range(1UL, 21UL));
 
 }  // namespace
 }  // namespace dyntape::dynamics::state_space_test

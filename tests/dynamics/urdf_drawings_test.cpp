@@ -27,7 +27,7 @@ struct Drawing {
   std::string in_link, in_robot, note;
 };
 
-class Drawings : public testing::TestWithParam<Drawing> {};
+class Drawings : public ::testing::TestWithParam<Drawing> {};
 
 const Drawing kDrawings[] = {
     {"MaterialWithoutName", "<visual><geometry><sphere radius='1'/></geometry><material/></visual>", "", ""},
@@ -48,7 +48,7 @@ const Drawing kDrawings[] = {
      "t.urdf:6: <mesh scale=\"${s} 1 1\"> is left of xacro"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Urdf, Drawings, testing::ValuesIn(kDrawings),
+INSTANTIATE_TEST_SUITE_P(Urdf, Drawings, ::testing::ValuesIn(kDrawings),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST_P(Drawings, TheRobotIsReadAndDrawnAsFarAsItGoes) {

@@ -56,7 +56,7 @@ struct Fault {
   const char* message;  // what the message must begin with
 };
 
-class Faults : public testing::TestWithParam<Fault> {};
+class Faults : public ::testing::TestWithParam<Fault> {};
 
 TEST_P(Faults, AreNamedWithTheirLine) {
   const std::string message = error_of(with_line(GetParam().line, GetParam().with));
@@ -127,7 +127,7 @@ const Fault kFaults[] = {
     {"CentreNaN", 11, "<inertial><origin xyz='0 nan 0'/>", "t.urdf:11: <origin xyz=\"0 nan 0\">"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Urdf, Faults, testing::ValuesIn(kFaults),
+INSTANTIATE_TEST_SUITE_P(Urdf, Faults, ::testing::ValuesIn(kFaults),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(UrdfFaults, TheUnbrokenFileLoads) {

@@ -234,15 +234,15 @@ constexpr char kRefusedByUrdfdom[] =
     "<child link='b'/><axis xyz='1 0 0'/><dynamics/></joint></robot>";
 
 TEST(Urdf, OwnRobotsLoadInSilence) {
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
   for (const std::string& name : robot_names())
     for (const Base base : {Base::kFixed, Base::kFloating})
       for (const double snap : {0.0, 1e-8})
         EXPECT_NO_THROW(load_urdf(robot_file(name), {.base = base, .snap = snap}));
   EXPECT_THROW(load_urdf_text(kRefusedByUrdfdom, "t.urdf"), FileError);
-  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
 // A cart in a plane with an arm on it; `axis` is the normal of the plane.

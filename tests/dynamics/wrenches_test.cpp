@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 using MatrixXq = MatrixX<Float128>;
 using VectorXq = VectorX<Float128>;
 
-class WrenchesOn : public testing::TestWithParam<unsigned long> {
+class WrenchesOn : public ::testing::TestWithParam<unsigned long> {
  protected:
   WrenchesOn() : random(GetParam()) {
     const RandomTreeShape shape{2 + random.below(6), GetParam() % 2 ? Base::kFloating : Base::kFixed,
@@ -170,7 +170,7 @@ TEST_P(WrenchesOn, DerivativesOfDynamicsDifferByTheirs) {
   EXPECT_EQ(data->dtau_dv, dv);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, WrenchesOn, testing::Range(1UL, 21UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, WrenchesOn, ::testing::Range(1UL, 21UL));
 
 // A body's number goes wrong more easily than a frame's name.
 std::vector<Wrench<double>> push_on(int body) {

@@ -24,13 +24,13 @@ Solution swing(const Problem& problem, int intervals = 40, HessianKind hessian =
                    .verify = false});
 }
 
-class ByMethod : public testing::TestWithParam<NlpMethod> {
+class ByMethod : public ::testing::TestWithParam<NlpMethod> {
  protected:
   static Solution swing(const Problem& problem, int intervals = 40) {
-    return dyntape::swing(problem, intervals, HessianKind::kExact, GetParam());
+    return ocp_hard_test::swing(problem, intervals, HessianKind::kExact, GetParam());
   }
 };
-INSTANTIATE_TEST_SUITE_P(Ocp, ByMethod, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
+INSTANTIATE_TEST_SUITE_P(Ocp, ByMethod, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          [](const auto& info) {
                            return info.param == NlpMethod::kIpopt ? "ipopt" : "stages";
                          });

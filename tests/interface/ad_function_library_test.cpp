@@ -26,15 +26,15 @@ std::string text_of(const std::filesystem::path& file) {
 
 // Of what nobody gave there is nothing to say.
 TEST_F(AdFunctionTest, TheDefaultFlagsAreAllPassedOn) {
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   AdFunction(sample, 3, 2, "defaults", cache_.path()).createModels(ApproximationOrder::Zero, false);
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
 TEST_F(AdFunctionTest, FlagsReachTheCompilerAndFastMathIsLeftOutOnce) {
   std::vector<std::string> flags = AdFunction::defaultCompileFlags();
   flags.push_back("-ffast-math");  // OCS2's five
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   std::vector<std::string> manifests;
   for (int i = 0; i < 2; ++i) {
     AdFunction f(sample, 3, 2, "flags-" + std::to_string(i), cache_.path(), flags);
@@ -42,7 +42,7 @@ TEST_F(AdFunctionTest, FlagsReachTheCompilerAndFastMathIsLeftOutOnce) {
     const auto folder = std::filesystem::path(f.statistics().sourcePath).parent_path();
     manifests.push_back(text_of(folder / "manifest.json"));
   }
-  const std::string said = testing::internal::GetCapturedStderr();
+  const std::string said = ::testing::internal::GetCapturedStderr();
   for (const std::string& manifest : manifests) {
     for (const char* flag : {"-O3", "-g"}) EXPECT_TRUE(contains(manifest, flag)) << manifest;
     EXPECT_FALSE(contains(manifest, "-ffast-math"));

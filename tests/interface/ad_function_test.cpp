@@ -391,14 +391,14 @@ TEST_F(AdFunctionTest, InterpreterAndCompilerAgreeToTheBit) {
 
 TEST_F(AdFunctionTest, VerboseIsOneLine) {
   AdFunction f = make(sample, 3, 2, "told");
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   f.createModels();
-  const std::string first = testing::internal::GetCapturedStderr();
+  const std::string first = ::testing::internal::GetCapturedStderr();
   EXPECT_TRUE(contains(first, "\"told\": compiled in ")) << first;
   EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 1) << first;
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   f.loadModels();
-  EXPECT_TRUE(contains(testing::internal::GetCapturedStderr(), "loaded from the cache"));
+  EXPECT_TRUE(contains(::testing::internal::GetCapturedStderr(), "loaded from the cache"));
 }
 
 TEST_F(AdFunctionTest, NoOutputsAndNoVariables) {

@@ -18,9 +18,9 @@ std::string failure(const System& system, Integrator integrator, const VectorXd&
   Stepper stepper(system, integrator, kInterpreted, false, 1, tolerances);
   VectorXd next = VectorXd::Zero(stepper.nx());
   std::string why;
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   EXPECT_FALSE(stepper.step(0, h, x.data(), nullptr, nullptr, next.data(), &why));
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   EXPECT_TRUE(next.array().isNaN().all());
   return why;
 }

@@ -43,7 +43,7 @@ struct Case {
   int rank;
 };
 
-class BaseParametersOf : public testing::TestWithParam<Case> {
+class BaseParametersOf : public ::testing::TestWithParam<Case> {
  protected:
   BaseParametersOf()
       : model(load(GetParam().robot, GetParam().base,
@@ -107,10 +107,10 @@ TEST_P(BaseParametersOf, DoNotDependOnTheStates) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, BaseParametersOf,
-                         testing::Values(Case{"ur5", Base::kFixed, false, 36},
-                                         Case{"panda", Base::kFixed, true, 43},
-                                         Case{"panda", Base::kFixed, false, 51},
-                                         Case{"solo12", Base::kFloating, false, 94}));
+                         ::testing::Values(Case{"ur5", Base::kFixed, false, 36},
+                                           Case{"panda", Base::kFixed, true, 43},
+                                           Case{"panda", Base::kFixed, false, 51},
+                                           Case{"solo12", Base::kFloating, false, 94}));
 
 // Another choice of columns is another basis of the same space: one linear map takes beta to beta.
 TEST(BaseParameters, OfAnotherChoiceOfColumnsAreALinearMap) {
@@ -166,7 +166,7 @@ TEST(BaseParameters, ArmatureAndFrictionJoinThem) {
   EXPECT_EQ(base_parameters(model, {.columns = {.viscous = true, .coulomb = true}}).rank(), bare + 14);
 }
 
-class Noisy : public testing::Test {
+class Noisy : public ::testing::Test {
  protected:
   Noisy() : model(load("double_pendulum")), base(base_parameters(model)) {
     samples = random_samples(model, 60, 11);

@@ -41,7 +41,7 @@ double error(const MatrixXd& got, const MatrixXd& expected) {
   return (got - expected).cwiseAbs().maxCoeff() / std::max(1e-300, expected.cwiseAbs().maxCoeff());
 }
 
-class RecordedCentroidal : public testing::TestWithParam<Robot> {
+class RecordedCentroidal : public ::testing::TestWithParam<Robot> {
  protected:
   RecordedCentroidal() {
     const std::filesystem::path robots = std::filesystem::path(test::source_folder()) / "config" / "robots";
@@ -169,8 +169,8 @@ TEST_P(RecordedCentroidal, StructuralZerosAreConstants) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, RecordedCentroidal,
-                         testing::Values(Robot{"panda", Base::kFixed}, Robot{"solo12", Base::kFloating},
-                                         Robot{"iiwa14", Base::kFloating}),
+                         ::testing::Values(Robot{"panda", Base::kFixed}, Robot{"solo12", Base::kFloating},
+                                           Robot{"iiwa14", Base::kFloating}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

@@ -70,10 +70,10 @@ TEST(CollisionShapes, AreSpheresAndPointsOfTheirBodies) {
   }
 }
 
-class CollisionKeys : public testing::Test {
+class CollisionKeys : public ::testing::Test {
  protected:
   CollisionKeys()
-      : path_(std::filesystem::path(testing::TempDir()) / ("collision_" + std::to_string(getpid()))) {
+      : path_(std::filesystem::path(::testing::TempDir()) / ("collision_" + std::to_string(getpid()))) {
     std::filesystem::create_directories(path_);
     std::ofstream(path_ / "r.urdf") << kRobot;
     std::ofstream(path_ / "box.urdf")
@@ -101,7 +101,7 @@ class CollisionKeys : public testing::Test {
 TEST_F(CollisionKeys, AllLinksOrThoseNamedTouch) {
   const Scene all = scene("r.urdf", effects("shapes collision"));
   EXPECT_EQ(all.robot.effects.contacts.size(), 25u);
-  EXPECT_TRUE(says(all.notes, "<collision> meshes of link \"hull\"")) << testing::PrintToString(all.notes);
+  EXPECT_TRUE(says(all.notes, "<collision> meshes of link \"hull\"")) << ::testing::PrintToString(all.notes);
   EXPECT_FALSE(says(all.notes, "<collision> of"));
   const Scene one = scene("r.urdf", effects("shapes collision\n frames \"ball\""));
   ASSERT_EQ(one.robot.effects.contacts.size(), 1u);

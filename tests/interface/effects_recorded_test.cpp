@@ -29,7 +29,7 @@ VectorXd vector_of(const std::vector<double>& x) {
   return VectorXd::Map(x.data(), static_cast<long>(x.size()));
 }
 
-class RecordedEffects : public testing::TestWithParam<unsigned long> {
+class RecordedEffects : public ::testing::TestWithParam<unsigned long> {
  protected:
   RecordedEffects() : random(GetParam()) {
     model = random_tree(random, {4, GetParam() % 2 ? Base::kFloating : Base::kFixed});
@@ -122,7 +122,7 @@ TEST_P(RecordedEffects, VelocityProductsFoldAway) {
   EXPECT_EQ(content_hash(record_forward_dynamics(model, linear)), content_hash(at_rest));
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, RecordedEffects, testing::Range(1UL, 7UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, RecordedEffects, ::testing::Range(1UL, 7UL));
 
 }  // namespace
 }  // namespace dyntape::effects_recorded_test

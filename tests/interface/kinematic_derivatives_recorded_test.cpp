@@ -36,7 +36,7 @@ struct Robot {
   Base base;
 };
 
-class RecordedKinematics : public testing::TestWithParam<Robot> {
+class RecordedKinematics : public ::testing::TestWithParam<Robot> {
  protected:
   RecordedKinematics() {
     const std::filesystem::path robots = std::filesystem::path(test::source_folder()) / "config" / "robots";
@@ -152,8 +152,9 @@ TEST_P(RecordedKinematics, OperationalSpaceRunsOnATape) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, RecordedKinematics,
-                         testing::Values(Robot{"ur5", Base::kFixed}, Robot{"panda", Base::kFixed},
-                                         Robot{"solo12", Base::kFloating}, Robot{"iiwa14", Base::kFloating}),
+                         ::testing::Values(Robot{"ur5", Base::kFixed}, Robot{"panda", Base::kFixed},
+                                           Robot{"solo12", Base::kFloating},
+                                           Robot{"iiwa14", Base::kFloating}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

@@ -13,8 +13,8 @@ using test::Solved;
 
 SolverOptions sharp(NlpMethod method) { return {.method = method, .tolerance = 1e-11}; }
 
-class KnownAcrobot : public testing::TestWithParam<NlpMethod> {};
-INSTANTIATE_TEST_SUITE_P(By, KnownAcrobot, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
+class KnownAcrobot : public ::testing::TestWithParam<NlpMethod> {};
+INSTANTIATE_TEST_SUITE_P(By, KnownAcrobot, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          test::method_name);
 
 TEST_P(KnownAcrobot, ThreeBasinsFromTheirStarts) {

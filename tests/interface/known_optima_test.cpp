@@ -17,8 +17,8 @@ using test::swing_up;
 using test::swing_up_low;
 using test::tight;
 
-class KnownSwingUp : public testing::TestWithParam<NlpMethod> {};
-INSTANTIATE_TEST_SUITE_P(By, KnownSwingUp, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
+class KnownSwingUp : public ::testing::TestWithParam<NlpMethod> {};
+INSTANTIATE_TEST_SUITE_P(By, KnownSwingUp, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          test::method_name);
 
 TEST_P(KnownSwingUp, BothBasinsOnEveryMesh) {

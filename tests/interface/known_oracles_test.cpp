@@ -21,8 +21,8 @@ using test::solve_on;
 using test::Solved;
 using test::tight;
 
-class KnownOracles : public testing::TestWithParam<NlpMethod> {};
-INSTANTIATE_TEST_SUITE_P(By, KnownOracles, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
+class KnownOracles : public ::testing::TestWithParam<NlpMethod> {};
+INSTANTIATE_TEST_SUITE_P(By, KnownOracles, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          test::method_name);
 
 // Of n intervals the closed forms; the digits are those of the reference.
@@ -199,7 +199,7 @@ TEST(KnownOracles, DifferentialDynamicProgramming) {
 
 // The Panda, fingers locked: least int |q''|^2 with torques as controls is the block move in disguise, whatever the inertia.
 // The motion at the points, and torques from a recursion that the program does not contain.
-class KnownPanda : public testing::TestWithParam<NlpMethod> {
+class KnownPanda : public ::testing::TestWithParam<NlpMethod> {
  protected:
   Problem problem(DynamicsForm form, double holding = 1) const {
     Problem p = robot_problem(scene_, {.duration = 1, .form = form});
@@ -235,7 +235,7 @@ class KnownPanda : public testing::TestWithParam<NlpMethod> {
   const VectorXd from_ = (VectorXd(7) << 0, -0.5, 0, -2, 0, 1.5, 0.5).finished(),
                  to_ = (VectorXd(7) << 1, 0.5, -0.5, -1.2, 0.5, 2, -0.5).finished();
 };
-INSTANTIATE_TEST_SUITE_P(By, KnownPanda, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
+INSTANTIATE_TEST_SUITE_P(By, KnownPanda, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          test::method_name);
 
 TEST_P(KnownPanda, TheBlockInDisguise) {

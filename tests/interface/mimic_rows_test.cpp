@@ -40,7 +40,7 @@ Vectorq run(const Model<Quad>& model, const RobotFunction& function, const Vecto
   return y;
 }
 
-class MimicRows : public testing::TestWithParam<unsigned long> {
+class MimicRows : public ::testing::TestWithParam<unsigned long> {
  protected:
   MimicRows() : random(GetParam()) {
     full = random_tree(random, {.joints = 8, .base = GetParam() % 2 ? Base::kFloating : Base::kFixed});
@@ -295,7 +295,7 @@ TEST_P(MimicRows, PacksAgree) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, MimicRows, testing::Range(1UL, 6UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, MimicRows, ::testing::Range(1UL, 6UL));
 
 // Joints on lines only, so that second tangent derivatives are plain ones.
 Model<double> on_lines(Random& random, int joints) {

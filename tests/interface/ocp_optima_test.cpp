@@ -19,8 +19,8 @@ NlpSolution solve_on(const Problem& problem, const Scheme& scheme, int intervals
   return solve_nlp(nlp, nlp.start(), options);
 }
 
-class Optima : public testing::TestWithParam<NlpMethod> {};
-INSTANTIATE_TEST_SUITE_P(By, Optima, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
+class Optima : public ::testing::TestWithParam<NlpMethod> {};
+INSTANTIATE_TEST_SUITE_P(By, Optima, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          [](const auto& info) {
                            return info.param == NlpMethod::kIpopt ? "ipopt" : "riccati";
                          });

@@ -8,10 +8,9 @@
 
 #include <dyntape/interface/control/solve/optimise.h>
 
-namespace dyntape::test {
+#include "interpreted.h"
 
-// Nothing is compiled, nothing is left in the user's cache.
-inline const CodegenOptions kInterpreted{.route = Route::kInterpreter};
+namespace dyntape::test {
 
 // Those of the table and some of each family; pseudospectral ones, which are for one interval, are tested apart.
 inline std::vector<Scheme> every_scheme() {

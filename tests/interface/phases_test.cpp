@@ -16,7 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-class PhasesBy : public testing::TestWithParam<NlpMethod> {
+class PhasesBy : public ::testing::TestWithParam<NlpMethod> {
  protected:
   Solution solved(const Phases& phases, std::vector<MeshOptions> meshes = {{.intervals = 10}}) {
     for (MeshOptions& mesh : meshes) mesh.evaluation = test::kInterpreted;
@@ -28,7 +28,7 @@ class PhasesBy : public testing::TestWithParam<NlpMethod> {
     return s;
   }
 };
-INSTANTIATE_TEST_SUITE_P(By, PhasesBy, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
+INSTANTIATE_TEST_SUITE_P(By, PhasesBy, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          [](const auto& info) {
                            return info.param == NlpMethod::kIpopt ? "ipopt" : "riccati";
                          });

@@ -22,7 +22,7 @@ namespace {
 
 using dynamics::Base;
 
-class RobotBits : public testing::TestWithParam<std::pair<const char*, Base>> {
+class RobotBits : public ::testing::TestWithParam<std::pair<const char*, Base>> {
  protected:
   static dynamics::Model<double> robot() {
     const auto [name, base] = GetParam();
@@ -83,10 +83,10 @@ TEST_P(RobotBits, NonzerosAreAllThatIsWritten) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, RobotBits,
-                         testing::Values(std::pair{"cart_pole", Base::kFixed}, std::pair{"ur5", Base::kFixed},
-                                         std::pair{"panda", Base::kFixed},
-                                         std::pair{"iiwa14", Base::kFloating},
-                                         std::pair{"solo12", Base::kFloating}));
+                         ::testing::Values(std::pair{"cart_pole", Base::kFixed},
+                                           std::pair{"ur5", Base::kFixed}, std::pair{"panda", Base::kFixed},
+                                           std::pair{"iiwa14", Base::kFloating},
+                                           std::pair{"solo12", Base::kFloating}));
 
 }  // namespace
 }  // namespace dyntape::robot_bits_test

@@ -272,9 +272,9 @@ TEST(RouteAccuracy, BadlyConditionedRobotsAreNotFactored) {
 
 TEST(RouteAccuracy, ABadConditionIsSaid) {
   const auto said = [](double lever) {
-    testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStderr();
     (void)record_robot_function(two_parallel_joints(lever), RobotFunction("minverse"));
-    return testing::internal::GetCapturedStderr();
+    return ::testing::internal::GetCapturedStderr();
   };
   EXPECT_EQ(said(1e-5), "");
   EXPECT_NE(said(1e-7).find("the inertia matrix of model \"lever\" has a condition of 6.5e+13"),

@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 
 std::vector<double> list(const VectorXd& x) { return {x.begin(), x.end()}; }
 
-class RecordedSecondOrder : public testing::TestWithParam<unsigned long> {};
+class RecordedSecondOrder : public ::testing::TestWithParam<unsigned long> {};
 
 // mu^T tau(q (+) w, v, a) recorded over (w, v, a), at w = 0.
 TEST_P(RecordedSecondOrder, AgreesWithTheTape) {
@@ -75,7 +75,7 @@ TEST_P(RecordedSecondOrder, IsRecordable) {
   EXPECT_LE(relative_error(H.reshaped(), Eigen::Map<const VectorXd>(y.data(), H.size())), 1e-12);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, RecordedSecondOrder, testing::Range(1UL, 7UL));
+INSTANTIATE_TEST_SUITE_P(Seeds, RecordedSecondOrder, ::testing::Range(1UL, 7UL));
 
 }  // namespace
 }  // namespace dyntape::dynamics::second_order_recorded_test

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "interpreted.h"
+
 namespace dyntape::test {
 
 using Eigen::VectorXd;
@@ -124,7 +126,6 @@ inline System walker() {
   return s;
 }
 
-inline const CodegenOptions kInterpreted{.route = Route::kInterpreter};
 inline const std::vector<Integrator> kFixedIntegrators{
     Integrator::kSemiImplicitEuler, Integrator::kRungeKutta4, Integrator::kImplicitMidpoint,
     Integrator::kImplicitVelocity, Integrator::kVariational};

@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-class Motions : public testing::Test {
+class Motions : public ::testing::Test {
  protected:
   Stepper compiled(const System& system, Integrator integrator) const {
     return Stepper(system, integrator, {.cache_folder = cache.path()});

@@ -63,8 +63,8 @@ VectorXd after(Stepper& stepper, double t, double h, const Start& s) {
   return next;
 }
 
-class OfEach : public testing::TestWithParam<Integrator> {};  // that makes fixed steps
-class OfAny : public testing::TestWithParam<Integrator> {};
+class OfEach : public ::testing::TestWithParam<Integrator> {};  // that makes fixed steps
+class OfAny : public ::testing::TestWithParam<Integrator> {};
 
 // Central differences of order 8.
 template <class F>
@@ -264,13 +264,13 @@ TEST_P(OfAny, WhatIsNotFiniteIsNamed) {
       << why;
 }
 
-std::string name_of(const testing::TestParamInfo<Integrator>& scheme) {
+std::string name_of(const ::testing::TestParamInfo<Integrator>& scheme) {
   std::string name = to_string(scheme.param);
   std::erase(name, '-');
   return name;
 }
-INSTANTIATE_TEST_SUITE_P(Schemes, OfEach, testing::ValuesIn(kFixedIntegrators), name_of);
-INSTANTIATE_TEST_SUITE_P(Schemes, OfAny, testing::ValuesIn(kIntegrators), name_of);
+INSTANTIATE_TEST_SUITE_P(Schemes, OfEach, ::testing::ValuesIn(kFixedIntegrators), name_of);
+INSTANTIATE_TEST_SUITE_P(Schemes, OfAny, ::testing::ValuesIn(kIntegrators), name_of);
 
 // v' = v + h (1 + v'^2) has no solution for long steps, and v' = sqrt(-1 - v) none at all.
 TEST(Stepper, AFailedNewtonIsASentence) {

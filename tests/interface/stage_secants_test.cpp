@@ -15,7 +15,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Stages of a cost z.T z / 2 of z = (x, u) by linear dynamics, with H in place of T.
-class StageSecantsOf : public testing::Test {
+class StageSecantsOf : public ::testing::Test {
  protected:
   static constexpr int kN = 3, kStates = 2, kControls = 1, kAll = kStates + kControls;
 

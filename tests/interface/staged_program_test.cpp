@@ -51,9 +51,9 @@ std::vector<double> random_point(const StagedNlp& nlp, unsigned seed) {
   return x;
 }
 
-class Staged : public testing::TestWithParam<std::string> {};
+class Staged : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Scheme, Staged,
-                         testing::Values("euler", "trapezoid", "hermite-simpson", "lobatto-4", "radau-3"),
+                         ::testing::Values("euler", "trapezoid", "hermite-simpson", "lobatto-4", "radau-3"),
                          [](const auto& info) {
                            std::string name = info.param;
                            std::replace(name.begin(), name.end(), '-', '_');

@@ -4,7 +4,9 @@
 #include <dyntape/codegen/pipeline.h>
 #include <dyntape/interface/cppad/library.h>
 
-namespace dyntape::cppad::cg {
+namespace CppAD::inline dyntape_names::cg {
+
+using namespace dyntape;
 
 void print_recording(std::ostream& out, const std::vector<AD<double>>& y, const std::string& type,
                      const std::string& name) {
@@ -20,4 +22,4 @@ void print_recording(std::ostream& out, const std::vector<AD<double>>& y, const 
   out << generate_embedded(to_function(f), options, how).source.text;
 }
 
-}  // namespace dyntape::cppad::cg
+}  // namespace CppAD::inline dyntape_names::cg

@@ -19,7 +19,7 @@
 
 #include <dyntape/interface/cppad/cg/model.h>
 
-namespace dyntape::cppad::cg {
+namespace CppAD::inline dyntape_names::cg {
 
 template <class Base>
 class LanguageC {
@@ -71,4 +71,4 @@ class CodeHandler {
   bool open_ = false;
 };
 
-}  // namespace dyntape::cppad::cg
+}  // namespace CppAD::inline dyntape_names::cg

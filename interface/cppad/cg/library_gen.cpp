@@ -7,7 +7,7 @@
 #include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/cg/detail/model.hxx>
 
-namespace dyntape::cppad::cg {
+namespace CppAD::inline dyntape_names::cg {
 
 namespace {
 
@@ -63,4 +63,4 @@ std::unique_ptr<DynamicLib<double>> DynamicModelLibraryProcessor<double>::create
   return std::make_unique<DynamicLib<double>>(std::move(models));
 }
 
-}  // namespace dyntape::cppad::cg
+}  // namespace CppAD::inline dyntape_names::cg

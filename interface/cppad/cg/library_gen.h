@@ -15,7 +15,7 @@
 
 #include <dyntape/interface/cppad/cg/model.h>
 
-namespace dyntape::cppad::cg {
+namespace CppAD::inline dyntape_names::cg {
 
 enum class JacobianADMode { Forward, Reverse, Automatic };
 enum class MultiThreadingType { NONE, OPENMP, PTHREADS };
@@ -215,4 +215,4 @@ class LinuxDynamicLib : public DynamicLib<Base> {
   }
 };
 
-}  // namespace dyntape::cppad::cg
+}  // namespace CppAD::inline dyntape_names::cg

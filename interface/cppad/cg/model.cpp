@@ -7,7 +7,7 @@
 
 #include <dyntape/interface/cppad/cg/detail/model.hxx>
 
-namespace dyntape::cppad::cg {
+namespace CppAD::inline dyntape_names::cg {
 
 using Doubles = std::vector<double>;
 using Sizes = std::vector<std::size_t>;
@@ -256,4 +256,4 @@ const Sizes& GenericModel<Base>::hessian_cols() const {
 
 template class GenericModel<double>;
 
-}  // namespace dyntape::cppad::cg
+}  // namespace CppAD::inline dyntape_names::cg

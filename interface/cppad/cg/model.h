@@ -15,7 +15,7 @@
 
 #include <dyntape/interface/cppad/ad_fun.h>
 
-namespace dyntape::cppad::cg {
+namespace CppAD::inline dyntape_names::cg {
 
 template <class Base>
 using CG = AD<Base>;
@@ -234,4 +234,4 @@ class GenericModel {
   std::shared_ptr<const ModelState> state_;
 };
 
-}  // namespace dyntape::cppad::cg
+}  // namespace CppAD::inline dyntape_names::cg

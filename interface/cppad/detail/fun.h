@@ -13,7 +13,7 @@
 #include <dyntape/interface/cppad/detail/entries.h>
 #include <dyntape/interface/cppad/detail/recording.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
 class Fun {
@@ -53,8 +53,9 @@ class Fun {
   // --- sparse ones: the values of the entries, and how many sweeps they took ---
   Pattern jacobian_pattern(bool dependency) const;
   Pattern hessian_pattern(const std::vector<bool>& of_range) const;  // both triangles
+  // The pattern is read where colors are empty.
   std::size_t sparse_jacobian(const Values& x, const Entries& entries, const Pattern& pattern, bool forward,
-                              std::size_t group, Colors& colors, Values& values);
+                              Colors& colors, Values& values);
   std::size_t sparse_hessian(const Values& x, const Values& w, const Entries& entries, const Pattern& pattern,
                              Colors& colors, Values& values);
   // The slopes of output i in the selected variables, their places ascending: by the nodes that it depends on.
@@ -94,4 +95,4 @@ class Fun {
   bool checks_nan_ = true, told_nan_ = false, throws_on_change_ = false;
 };
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

@@ -14,22 +14,22 @@ namespace dyntape {
 
 // Coefficients that are recorded themselves.
 template <class Base>
-struct SeriesNumber<cppad::AD<Base>> {
-  using T = cppad::AD<Base>;
+struct SeriesNumber<CppAD::AD<Base>> {
+  using T = CppAD::AD<Base>;
   static constexpr bool kKnown = false;
   static T evaluate(Op op, const T& x, const T& y, const T& z) {
-    const auto row = static_cast<cppad::detail::Row>(op);
+    const auto row = static_cast<CppAD::detail::Row>(op);
     const int n = info(op).arity;
-    return n == 1   ? cppad::detail::apply(row, x)
-           : n == 2 ? cppad::detail::apply(row, x, y)
-                    : cppad::detail::apply(row, x, y, z);
+    return n == 1   ? CppAD::detail::apply(row, x)
+           : n == 2 ? CppAD::detail::apply(row, x, y)
+                    : CppAD::detail::apply(row, x, y, z);
   }
-  static bool is_zero(const T& x) { return cppad::plain_value(x) == 0; }
+  static bool is_zero(const T& x) { return CppAD::plain_value(x) == 0; }
 };
 
 }  // namespace dyntape
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
 struct Fun<Base>::Run {
@@ -214,10 +214,11 @@ std::vector<Base> Fun<Base>::reverse(std::size_t q, const Values& w) {
     adjoints[i].resize(last);
     for (std::size_t k = 0; k < last; ++k) adjoints[i][k] = weight(k);
   }
-  const auto found = runs_[0]->taylor.reverse(adjoints);
+  const auto found = runs_[0]->taylor.reverse(adjoints, q);
   Values dw(n * q);
-  for (std::size_t j = 0; j < n; ++j) {
-    for (std::size_t k = 0; k < q; ++k) dw[j * q + k] = found[j].at(q - 1 - k);
+  for (std::size_t j = 0; j < n;
+       ++j) {  // found[j] begins with the highest order, and so does dw of weights (m)
+    for (std::size_t k = 0; k < q; ++k) dw[j * q + k] = found[j].at(all ? q - 1 - k : k);
   }
   return dw;
 }
@@ -261,6 +262,6 @@ std::size_t Fun<Base>::change_op_index() const {
   return guard == SIZE_MAX ? 0 : recording_->function->guards[guard].condition;
 }
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail
 
 #include <dyntape/interface/cppad/detail/fun_derivatives.hxx>

@@ -4,7 +4,7 @@
 #include <dyntape/autodiff/derive/sparsity.h>
 #include <dyntape/interface/cppad/detail/patterns.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
 std::vector<Base> Fun<Base>::slopes(const Values& direction) {
@@ -74,7 +74,7 @@ std::vector<Base> Fun<Base>::second_order(const Values& direction, const Values&
   slopes(direction);
   const Values both = reverse(2, w);
   Values second(domain());
-  for (std::size_t k = 0; k < second.size(); ++k) second[k] = both[k * 2];
+  for (std::size_t k = 0; k < second.size(); ++k) second[k] = both[k * 2 + 1];
   return second;
 }
 
@@ -164,12 +164,10 @@ std::vector<Base> Fun<Base>::rev_two(const Values& x, const std::vector<std::siz
 
 template <class Base>
 std::size_t Fun<Base>::sparse_jacobian(const Values& x, const Entries& entries, const Pattern& pattern,
-                                       bool forward, std::size_t group, Colors& colors, Values& values) {
+                                       bool forward, Colors& colors, Values& values) {
   const std::size_t n = domain(), m = range();
-  (void)group;
   check_size("sparse_jac: x", x.size(), n);
-  check_pattern("sparse_jac", pattern, m, n);
-  color_columns(entries, pattern, !forward, colors);
+  color_lines("sparse_jac", entries, pattern, m, n, !forward, colors);
   start_at(x);
   values.assign(entries.row.size(), Base(0));
   for (std::size_t c = 0; c < colors.count; ++c) {
@@ -177,7 +175,7 @@ std::size_t Fun<Base>::sparse_jacobian(const Values& x, const Entries& entries, 
     const Values found = forward ? slopes(seed) : reverse(1, seed);
     for (std::size_t e = 0; e < values.size(); ++e) {
       const std::size_t mine = forward ? entries.col[e] : entries.row[e];
-      if (colors.color[mine] == c && is_in(pattern, entries.row[e], entries.col[e]))
+      if (colors.color[mine] == c && colors.in_pattern[e])
         values[e] = found[forward ? entries.row[e] : entries.col[e]];
     }
   }
@@ -191,15 +189,13 @@ std::size_t Fun<Base>::sparse_hessian(const Values& x, const Values& w, const En
   const std::size_t n = domain();
   check_size("sparse_hes: x", x.size(), n);
   check_size("sparse_hes: w", w.size(), range());
-  check_pattern("sparse_hes", pattern, n, n);
-  color_columns(entries, pattern, false, colors);
+  color_lines("sparse_hes", entries, pattern, n, n, false, colors);
   start_at(x);
   values.assign(entries.row.size(), Base(0));
   for (std::size_t c = 0; c < colors.count; ++c) {
     const Values found = second_order(seed_of<Base>(colors, c, n), w);
     for (std::size_t e = 0; e < values.size(); ++e) {
-      if (colors.color[entries.col[e]] == c && is_in(pattern, entries.row[e], entries.col[e]))
-        values[e] = found[entries.row[e]];
+      if (colors.color[entries.col[e]] == c && colors.in_pattern[e]) values[e] = found[entries.row[e]];
     }
   }
   settle(*this, x);
@@ -210,7 +206,9 @@ template <class Base>
 void Fun<Base>::subgraph_reverse(std::size_t q, std::size_t i, const std::vector<bool>& of_domain,
                                  std::vector<std::size_t>& col, Values& dw) {
   check_index("subgraph_reverse: result", i, range());
-  const Values all = reverse(q, unit<Base>(range(), i));
+  Values w(range() * q, Base(0));
+  w[i * q + q - 1] = Base(1);
+  const Values all = reverse(q, w);
   col.clear();
   dw.assign(all.size(), Base(0));
   const Pattern pattern = jacobian_pattern(false);
@@ -263,4 +261,4 @@ std::shared_ptr<Fun<AD<Base>>> Fun<Base>::on_recorded() const requires kIsBase<A
   return std::make_shared<Fun<AD<Base>>>(std::move(recording));
 }
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

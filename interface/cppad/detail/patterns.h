@@ -8,7 +8,7 @@
 #include <dyntape/interface/cppad/detail/entries.h>
 #include <dyntape/interface/cppad/detail/recording.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 // Which outputs depend on which variables in any way: also by a comparison, a sign or a step.
 Pattern dependency_pattern(const Function& function);
@@ -16,11 +16,11 @@ Pattern dependency_pattern(const Function& function);
 Pattern second_order_pattern(const Function& function, std::size_t range, const std::vector<bool>& of_range,
                              const Kernels& kernels);
 Pattern rows_of(const Pattern& pattern, std::size_t rows);  // the first
-bool is_in(const Pattern& pattern, std::size_t row, std::size_t col);
-void check_pattern(const char* what, const Pattern& pattern, std::size_t rows, std::size_t cols);
-// Columns of the entries (or rows) that meet in no row of the pattern share a group. Kept if there are some already.
-void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Colors& colors);
+// Groups the columns of the entries (or their rows): those that meet in no row of the pattern share a group.  ArgumentError if the pattern
+// is not n_rows x n_cols.  Groups that there are already are kept, and the pattern is not read; ArgumentError if they are of other entries.
+void color_lines(const char* what, const Entries& entries, const Pattern& pattern, std::size_t n_rows,
+                 std::size_t n_cols, bool rows, Colors& colors);
 template <class Base>
 RecordingSizes count_sizes(const Function& function, const std::vector<Print>& prints);
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

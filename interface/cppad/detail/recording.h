@@ -14,11 +14,19 @@
 namespace dyntape {
 struct Callee;
 struct Function;
+struct Pattern;
 template <class T>
 class SeriesKernel;
 }  // namespace dyntape
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
+
+// What a kernel is called in CppAD's graphs.
+struct KernelName {
+  enum Kind { kOther, kDiscrete, kAtomicThree, kAtomicFour } kind = kOther;
+  std::string name;
+  std::size_t call_id = 0;
+};
 
 // A kernel that the user wrote, in series of the types in which functions are evaluated; null: not in this one.
 struct KernelInSeries {
@@ -28,6 +36,9 @@ struct KernelInSeries {
   virtual std::shared_ptr<const SeriesKernel<double>> of(double) const { return nullptr; }
   virtual std::shared_ptr<const SeriesKernel<AD<double>>> of(AD<double>) const { return nullptr; }
   virtual std::shared_ptr<const SeriesKernel<AD<AD<double>>>> of(AD<AD<double>>) const { return nullptr; }
+  // The pattern of the Hessian of result i, both triangles; false: all pairs of what it depends on.
+  virtual bool hessian(std::size_t, Pattern&) const { return false; }
+  virtual KernelName called() const { return {}; }
 };
 using Kernels = std::map<const Callee*, std::shared_ptr<const KernelInSeries>>;
 
@@ -73,15 +84,24 @@ std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::siz
 template <class Base>
 void record_print(const AD<Base>& flag, const std::string& before, const AD<Base>& value,
                   const std::string& after);
+// A comparison that is true where the recording is valid.
+template <class Base>
+void record_guard(Row row, const AD<Base>& x, const AD<Base>& y);
 // A call of a kernel as one node, with these values; constants only: no node.
 template <class Base>
 std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
                                   const std::shared_ptr<const KernelInSeries>& kernel,
                                   const std::vector<AD<Base>>& arguments, const std::vector<Base>& values);
+// Functions of the user by their names (nodes/): ArgumentError if there is none.
+template <class Base>
+std::vector<AD<Base>> atomic_by_name(const std::string& name, std::size_t call_id,
+                                     const std::vector<AD<Base>>& x, std::size_t m);
+template <class Base>
+AD<Base> discrete_by_name(const std::string& name, const AD<Base>& x);
 template <class Base>
 bool is_recording();
 
 [[noreturn]] void refuse(const std::string& sentence);            // ArgumentError
 [[noreturn]] void refuse_recording(const std::string& sentence);  // RecordingError
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

@@ -12,7 +12,7 @@
 #include <dyntape/autodiff/graph/pattern.h>
 #include <dyntape/interface/cppad/sparse.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 struct Sets {
   std::size_t cols = 0;
@@ -109,4 +109,4 @@ Vector to_vector(const Sets& of, bool transpose) {
   }
 }
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

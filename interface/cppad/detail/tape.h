@@ -12,7 +12,7 @@
 #include <dyntape/autodiff/graph/function.h>
 #include <dyntape/interface/cppad/detail/recording.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
 struct Tape {
@@ -34,6 +34,7 @@ struct Tape {
 
   NodeId node(const AD<Base>& x);
   Kind kind(NodeId id);
+  void guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expected, const char* file, int line);
   AD<Base> result(NodeId id, const Base& value);
   NodeId captured_node(const Base& value);
 };
@@ -69,4 +70,4 @@ bool is_captured(const AD<Base>& x) {
   return kind_of(x) != Kind::kConstant || is_captured(x.value());
 }
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

@@ -22,41 +22,68 @@
 
 #include <dyntape/interface/cppad/ad_fun.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 enum ad_type_enum { identical_zero_enum, constant_enum, dynamic_enum, variable_enum, number_ad_type_enum };
 
 namespace detail {
 
-// What the generations have in common, by vectors of coefficients.
+// One call of an atomic function: what its arguments were when it was recorded.
+template <class Base>
+struct AtomicCall {
+  std::size_t id = 0, n_out = 0;
+  vector<ad_type_enum> types;  // of the arguments
+  vector<Base> values;         // of the arguments
+
+  std::size_t n_in() const { return types.size(); }
+  vector<bool> all_in() const { return constant_bools(n_in(), true); }
+  vector<bool> all_out() const { return constant_bools(n_out, true); }
+  vector<bool> which(bool (*has)(ad_type_enum)) const {
+    vector<bool> these(n_in());
+    for (std::size_t j = 0; j < n_in(); ++j) these[j] = has(types[j]);
+    return these;
+  }
+  static vector<bool> constant_bools(std::size_t n, bool value) {
+    vector<bool> bools(n);
+    for (bool& b : bools) b = value;
+    return bools;
+  }
+};
+
+// What the generations have in common, by vectors of coefficients.  A member that gives false does not know.
 template <class Base>
 class AtomicFunction {
  public:
-  explicit AtomicFunction(const std::string& name)
-      : name_(name), alive_(std::make_shared<AtomicFunction*>(this)) {}
+  using Call = AtomicCall<Base>;
+  using Sparsity = sparse_rc<vector<std::size_t>>;
+
+  explicit AtomicFunction(const std::string& name);
   AtomicFunction(const AtomicFunction& other) : AtomicFunction(other.name_) {}
   AtomicFunction& operator=(const AtomicFunction&) { return *this; }
-  virtual ~AtomicFunction() { *alive_ = nullptr; }
+  virtual ~AtomicFunction();
+
+  // 4: calls have an id; of 3 and 4 CppAD's graphs have operators.
+  virtual int generation() const { return 3; }
 
   const std::string& atomic_name() const { return name_; }
 
-  virtual bool coefficients(std::size_t call, std::size_t low, std::size_t up, std::size_t m,
-                            const vector<Base>& tx, vector<Base>& ty) = 0;
-  virtual bool coefficients(std::size_t call, std::size_t low, std::size_t up, std::size_t m,
-                            const vector<AD<Base>>& tx, vector<AD<Base>>& ty) = 0;
-  virtual bool adjoints(std::size_t call, std::size_t up, const vector<Base>& tx, const vector<Base>& ty,
+  virtual bool result_types(const Call&, vector<ad_type_enum>&) { return false; }
+  virtual bool coefficients(const Call& call, std::size_t low, std::size_t up, const vector<Base>& tx,
+                            vector<Base>& ty) = 0;
+  virtual bool coefficients(const Call& call, std::size_t low, std::size_t up, const vector<AD<Base>>& tx,
+                            vector<AD<Base>>& ty) = 0;
+  virtual bool adjoints(const Call& call, std::size_t up, const vector<Base>& tx, const vector<Base>& ty,
                         vector<Base>& px, const vector<Base>& py) = 0;
-  virtual bool adjoints(std::size_t call, std::size_t up, const vector<AD<Base>>& tx,
+  virtual bool adjoints(const Call& call, std::size_t up, const vector<AD<Base>>& tx,
                         const vector<AD<Base>>& ty, vector<AD<Base>>& px, const vector<AD<Base>>& py) = 0;
-  // Entries of the Jacobian; false: all.
-  virtual bool dependencies(std::size_t, std::size_t, std::size_t, std::vector<std::size_t>&,
-                            std::vector<std::size_t>&) {
-    return false;
-  }
+  // Entries of the Jacobian, and of the Hessian of output i (both triangles).
+  virtual bool jacobian_entries(const Call&, Sparsity&) { return false; }
+  virtual bool hessian_entries(const Call&, std::size_t, Sparsity&) { return false; }
 
- protected:
   // y = f(x), recorded where x is.
   std::vector<AD<Base>> call(std::size_t call_id, const std::vector<AD<Base>>& x, std::size_t m);
+
+ protected:
   template <class ADVector>
   void call_of(std::size_t call_id, const ADVector& ax, ADVector& ay) {
     const auto y = call(call_id, entries_of(ax), std::size_t(ay.size()));
@@ -67,6 +94,17 @@ class AtomicFunction {
   std::string name_;
   std::shared_ptr<AtomicFunction*> alive_;  // to null when it goes
 };
+
+// The bridge from these members to those of a generation, for numbers of the type S.
+#define DYNTAPE_ATOMIC_NUMBERS(S, forward_call, reverse_call)                                              \
+  bool coefficients(const Call& call, std::size_t low, std::size_t up, const vector<S>& tx, vector<S>& ty) \
+      override {                                                                                           \
+    return forward_call;                                                                                   \
+  }                                                                                                        \
+  bool adjoints(const Call& call, std::size_t up, const vector<S>& tx, const vector<S>& ty, vector<S>& px, \
+                const vector<S>& py) override {                                                            \
+    return reverse_call;                                                                                   \
+  }
 
 }  // namespace detail
 
@@ -122,38 +160,31 @@ class atomic_four : public detail::AtomicFunction<Base> {
   virtual bool rev_depend(std::size_t, vector<bool>&, const vector<bool>&) { return false; }
 
  private:
-  static vector<bool> all(std::size_t n) {
-    vector<bool> selected(n);
-    for (bool& s : selected) s = true;
-    return selected;
+  using Call = detail::AtomicCall<Base>;
+  using Sparsity = sparse_rc<vector<std::size_t>>;
+  DYNTAPE_ATOMIC_NUMBERS(Base, forward(call.id, call.all_out(), low, up, tx, ty),
+                         reverse(call.id, call.all_in(), up, tx, ty, px, py))
+  DYNTAPE_ATOMIC_NUMBERS(AD<Base>, forward(call.id, call.all_out(), low, up, tx, ty),
+                         reverse(call.id, call.all_in(), up, tx, ty, px, py))
+  int generation() const override { return 4; }
+  bool result_types(const Call& call, vector<ad_type_enum>& types) override {
+    return for_type(call.id, call.types, types);
   }
-  bool coefficients(std::size_t call, std::size_t low, std::size_t up, std::size_t m, const vector<Base>& tx,
-                    vector<Base>& ty) override {
-    return forward(call, all(m), low, up, tx, ty);
+  static vector<bool> moving(const Call& call) {
+    return call.which([](ad_type_enum type) { return type == variable_enum; });
   }
-  bool coefficients(std::size_t call, std::size_t low, std::size_t up, std::size_t m,
-                    const vector<AD<Base>>& tx, vector<AD<Base>>& ty) override {
-    return forward(call, all(m), low, up, tx, ty);
+  static vector<bool> zeros(const Call& call) {
+    return call.which([](ad_type_enum type) { return type == identical_zero_enum; });
   }
-  bool adjoints(std::size_t call, std::size_t up, const vector<Base>& tx, const vector<Base>& ty,
-                vector<Base>& px, const vector<Base>& py) override {
-    return reverse(call, all(tx.size() / (up + 1)), up, tx, ty, px, py);
+  bool jacobian_entries(const Call& call, Sparsity& pattern) override {
+    return jac_sparsity(call.id, false, zeros(call), moving(call), call.all_out(), pattern) ||
+           jac_sparsity(call.id, false, moving(call), call.all_out(), pattern);
   }
-  bool adjoints(std::size_t call, std::size_t up, const vector<AD<Base>>& tx, const vector<AD<Base>>& ty,
-                vector<AD<Base>>& px, const vector<AD<Base>>& py) override {
-    return reverse(call, all(tx.size() / (up + 1)), up, tx, ty, px, py);
-  }
-  bool dependencies(std::size_t call, std::size_t n, std::size_t m, std::vector<std::size_t>& row,
-                    std::vector<std::size_t>& col) override {
-    sparse_rc<vector<std::size_t>> pattern;
-    vector<bool> none(n);
-    for (bool& zero : none) zero = false;
-    if (!jac_sparsity(call, false, none, all(n), all(m), pattern) &&
-        !jac_sparsity(call, false, all(n), all(m), pattern))
-      return false;
-    row = detail::sizes_of(pattern.row());
-    col = detail::sizes_of(pattern.col());
-    return true;
+  bool hessian_entries(const Call& call, std::size_t i, Sparsity& pattern) override {
+    vector<bool> only = Call::constant_bools(call.n_out, false);
+    only[i] = true;
+    return hes_sparsity(call.id, zeros(call), moving(call), only, pattern) ||
+           hes_sparsity(call.id, moving(call), only, pattern);
   }
 };
 
@@ -198,88 +229,37 @@ class atomic_three : public detail::AtomicFunction<Base> {
   }
 
  private:
-  static Types variables(std::size_t n) {
-    Types types(n);
-    for (auto& type : types) type = variable_enum;
-    return types;
-  }
+  using Call = detail::AtomicCall<Base>;
+  using Sparsity = sparse_rc<vector<std::size_t>>;
   template <class S>
   static vector<S> values(const vector<S>& tx, std::size_t up) {
     vector<S> x(tx.size() / (up + 1));
     for (std::size_t j = 0; j < x.size(); ++j) x[j] = tx[j * (up + 1)];
     return x;
   }
-  bool coefficients(std::size_t, std::size_t low, std::size_t up, std::size_t, const vector<Base>& tx,
-                    vector<Base>& ty) override {
-    const auto x = values(tx, up);
-    return forward(x, variables(x.size()), variable_enum, low, up, tx, ty);
+  // This generation has no type of its own for zeros.
+  static Types types_of(const Call& call) {
+    Types types = call.types;
+    for (auto& type : types) type = type == identical_zero_enum ? constant_enum : type;
+    return types;
   }
-  bool coefficients(std::size_t, std::size_t low, std::size_t up, std::size_t, const vector<AD<Base>>& tx,
-                    vector<AD<Base>>& ty) override {
-    const auto x = values(tx, up);
-    return forward(x, variables(x.size()), variable_enum, low, up, tx, ty);
+  static vector<bool> moving(const Call& call) {
+    return call.which([](ad_type_enum type) { return type == variable_enum; });
   }
-  bool adjoints(std::size_t, std::size_t up, const vector<Base>& tx, const vector<Base>& ty, vector<Base>& px,
-                const vector<Base>& py) override {
-    const auto x = values(tx, up);
-    return reverse(x, variables(x.size()), up, tx, ty, px, py);
+  DYNTAPE_ATOMIC_NUMBERS(Base, forward(values(tx, up), types_of(call), number_ad_type_enum, low, up, tx, ty),
+                         reverse(values(tx, up), types_of(call), up, tx, ty, px, py))
+  DYNTAPE_ATOMIC_NUMBERS(AD<Base>, forward(values(tx, up), types_of(call), number_ad_type_enum, low, up, tx, ty),
+                         reverse(values(tx, up), types_of(call), up, tx, ty, px, py))
+  bool result_types(const Call& call, Types& types) override {
+    return for_type(call.values, types_of(call), types);
   }
-  bool adjoints(std::size_t, std::size_t up, const vector<AD<Base>>& tx, const vector<AD<Base>>& ty,
-                vector<AD<Base>>& px, const vector<AD<Base>>& py) override {
-    const auto x = values(tx, up);
-    return reverse(x, variables(x.size()), up, tx, ty, px, py);
+  bool jacobian_entries(const Call& call, Sparsity& pattern) override {
+    return jac_sparsity(call.values, types_of(call), false, moving(call), call.all_out(), pattern);
   }
-};
-
-// The second generation.
-template <class Base>
-class atomic_base : public detail::AtomicFunction<Base> {
- public:
-  enum option_enum { pack_sparsity_enum, bool_sparsity_enum, set_sparsity_enum };
-
-  explicit atomic_base(const std::string& name, option_enum = bool_sparsity_enum)
-      : detail::AtomicFunction<Base>(name) {}
-  template <class ADVector>
-  void operator()(const ADVector& ax, ADVector& ay, std::size_t id = 0) {
-    this->call_of(id, ax, ay);
-  }
-  static void clear() {}
-
-  virtual bool forward(std::size_t, std::size_t, const vector<bool>&, vector<bool>&, const vector<Base>&,
-                       vector<Base>&) {
-    return false;
-  }
-  virtual bool forward(std::size_t, std::size_t, const vector<bool>&, vector<bool>&, const vector<AD<Base>>&,
-                       vector<AD<Base>>&) {
-    return false;
-  }
-  virtual bool reverse(std::size_t, const vector<Base>&, const vector<Base>&, vector<Base>&,
-                       const vector<Base>&) {
-    return false;
-  }
-  virtual bool reverse(std::size_t, const vector<AD<Base>>&, const vector<AD<Base>>&, vector<AD<Base>>&,
-                       const vector<AD<Base>>&) {
-    return false;
-  }
-
- private:
-  bool coefficients(std::size_t, std::size_t low, std::size_t up, std::size_t, const vector<Base>& tx,
-                    vector<Base>& ty) override {
-    vector<bool> vx, vy;  // without entries: nobody asks which are variables
-    return forward(low, up, vx, vy, tx, ty);
-  }
-  bool coefficients(std::size_t, std::size_t low, std::size_t up, std::size_t, const vector<AD<Base>>& tx,
-                    vector<AD<Base>>& ty) override {
-    vector<bool> vx, vy;
-    return forward(low, up, vx, vy, tx, ty);
-  }
-  bool adjoints(std::size_t, std::size_t up, const vector<Base>& tx, const vector<Base>& ty, vector<Base>& px,
-                const vector<Base>& py) override {
-    return reverse(up, tx, ty, px, py);
-  }
-  bool adjoints(std::size_t, std::size_t up, const vector<AD<Base>>& tx, const vector<AD<Base>>& ty,
-                vector<AD<Base>>& px, const vector<AD<Base>>& py) override {
-    return reverse(up, tx, ty, px, py);
+  bool hessian_entries(const Call& call, std::size_t i, Sparsity& pattern) override {
+    vector<bool> only = Call::constant_bools(call.n_out, false);
+    only[i] = true;
+    return hes_sparsity(call.values, types_of(call), moving(call), only, pattern);
   }
 };
 
@@ -289,10 +269,10 @@ template <class Base>
 AD<Base> discrete_call(const char* name, Base (*of)(const Base&), const AD<Base>& x);
 }  // namespace detail
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names
 
 // Makes of Base name(const Base&) a function of AD<Base>: steps and tables, whose derivatives are zero.
-#define CPPAD_DISCRETE_FUNCTION(Base, name)                                     \
-  inline ::dyntape::cppad::AD<Base> name(const ::dyntape::cppad::AD<Base>& x) { \
-    return ::dyntape::cppad::detail::discrete_call<Base>(#name, &name, x);      \
+#define CPPAD_DISCRETE_FUNCTION(Base, name)                       \
+  inline ::CppAD::AD<Base> name(const ::CppAD::AD<Base>& x) {     \
+    return ::CppAD::detail::discrete_call<Base>(#name, &name, x); \
   }

@@ -7,7 +7,7 @@
 #include <dyntape/interface/cppad/nodes/atomic.h>
 #include <dyntape/interface/cppad/detail/fun.hxx>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 namespace {
 
@@ -53,6 +53,7 @@ struct StepInSeries : KernelInSeries {
   std::shared_ptr<const SeriesKernel<AD<Base>>> of(AD<Base>) const override {
     return std::make_shared<RecordedStepSeries<Base>>(step);
   }
+  KernelName called() const override { return {KernelName::kDiscrete, step.name, 0}; }
   Discrete<Base> step;
 };
 
@@ -65,14 +66,26 @@ std::shared_ptr<const Callee> no_slope() {
   return recorded_callee(zero);
 }
 
+template <class Base>
+struct KnownSteps {
+  std::mutex mutex;
+  std::map<Base (*)(const Base&), std::shared_ptr<const Callee>> callees;
+  std::map<std::string, Discrete<Base>> of_name;
+};
+template <class Base>
+KnownSteps<Base>& known_steps() {
+  static KnownSteps<Base> known;
+  return known;
+}
+
 // One callee a function, so that equal calls are one.
 template <class Base>
 std::shared_ptr<const Callee> step_callee(const Discrete<Base>& step) {
-  static std::mutex mutex;
-  static std::map<Base (*)(const Base&), std::shared_ptr<const Callee>> known;
-  const std::scoped_lock lock(mutex);
-  auto& callee = known[step.of];
+  KnownSteps<Base>& known = known_steps<Base>();
+  const std::scoped_lock lock(known.mutex);
+  auto& callee = known.callees[step.of];
   if (callee) return callee;
+  known.of_name[step.name] = step;
   Kernel kernel;
   kernel.evaluate = [step](const double* in, double* out) { out[0] = double(step.of(Base(in[0]))); };
   auto made = std::make_shared<Callee>(step.name, 1, 1, kernel);
@@ -91,7 +104,23 @@ AD<Base> discrete_call(const char* name, Base (*of)(const Base&), const AD<Base>
                      std::vector<Base>{of(x.value())})[0];
 }
 
+template <class Base>
+AD<Base> discrete_by_name(const std::string& name, const AD<Base>& x) {
+  if constexpr (std::is_floating_point_v<Base>) {
+    KnownSteps<Base>& known = known_steps<Base>();
+    std::unique_lock lock(known.mutex);
+    if (const auto found = known.of_name.find(name); found != known.of_name.end()) {
+      const Discrete<Base> step = found->second;
+      lock.unlock();
+      return discrete_call(step.name, step.of, x);
+    }
+  }
+  refuse("there is no discrete function \"" + name + "\"; call its AD version first");
+}
+
+template AD<double> discrete_by_name(const std::string&, const AD<double>&);
+template AD<AD<double>> discrete_by_name(const std::string&, const AD<AD<double>>&);
 template AD<float> discrete_call(const char*, float (*)(const float&), const AD<float>&);
 template AD<double> discrete_call(const char*, double (*)(const double&), const AD<double>&);
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

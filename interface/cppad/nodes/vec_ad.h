@@ -16,40 +16,33 @@
 #include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/vector.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 template <class Base>
 class VecAD;
 
+// The element at an index: an AD<Base> with the value that it had when it was asked for, which assignment stores.
 template <class Base>
-class VecAD_reference {
+class VecAD_reference : public AD<Base> {
  public:
   using S = AD<Base>;
-  VecAD_reference(VecAD<Base>& array, const S& index) : array_(array), index_(index) {}
+  VecAD_reference(VecAD<Base>& array, const S& index) : S(array.load(index)), array_(array), index_(index) {}
   VecAD_reference(const VecAD_reference&) = default;
 
-  operator S() const { return array_.load(index_); }  // NOLINT: stands for the element
-  VecAD_reference& operator=(const VecAD_reference& other) { return *this = S(other); }
-  VecAD_reference& operator=(const S& value) { return array_.store(index_, value), *this; }
+  VecAD_reference& operator=(const VecAD_reference& other) { return *this = static_cast<const S&>(other); }
+  VecAD_reference& operator=(const S& value) {
+    array_.store(index_, value);
+    S::operator=(value);
+    return *this;
+  }
   template <MixesWith<Base> Number>
   VecAD_reference& operator=(const Number& value) {
     return *this = S(value);
   }
-  VecAD_reference& operator+=(const S& b) { return *this = S(*this) + b; }
-  VecAD_reference& operator-=(const S& b) { return *this = S(*this) - b; }
-  VecAD_reference& operator*=(const S& b) { return *this = S(*this) * b; }
-  VecAD_reference& operator/=(const S& b) { return *this = S(*this) / b; }
-  friend S operator-(const VecAD_reference& a) { return -S(a); }
-#define DYNTAPE_CPPAD_OPERATOR(op)                                                                  \
-  friend S operator op(const VecAD_reference& a, const VecAD_reference& b) { return S(a) op S(b); } \
-  friend S operator op(const VecAD_reference& a, const S& b) { return S(a) op b; }                  \
-  friend S operator op(const S& a, const VecAD_reference& b) { return a op S(b); }
-  DYNTAPE_CPPAD_OPERATOR(+)
-  DYNTAPE_CPPAD_OPERATOR(-)
-  DYNTAPE_CPPAD_OPERATOR(*)
-  DYNTAPE_CPPAD_OPERATOR(/)
-#undef DYNTAPE_CPPAD_OPERATOR
-  friend std::ostream& operator<<(std::ostream& out, const VecAD_reference& a) { return out << S(a); }
+  VecAD_reference& operator+=(const S& b) { return *this = *this + b; }
+  VecAD_reference& operator-=(const S& b) { return *this = *this - b; }
+  VecAD_reference& operator*=(const S& b) { return *this = *this * b; }
+  VecAD_reference& operator/=(const S& b) { return *this = *this / b; }
 
  private:
   VecAD<Base>& array_;
@@ -104,4 +97,4 @@ class VecAD {
   vector<S> elements_;
 };
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

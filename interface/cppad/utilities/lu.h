@@ -14,7 +14,7 @@
 #include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/vector.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
 inline void check_matrix(const char* what, std::size_t got, std::size_t expected) {
@@ -22,16 +22,14 @@ inline void check_matrix(const char* what, std::size_t got, std::size_t expected
     refuse(std::string(what) + " has " + std::to_string(got) + " entries, expected " +
            std::to_string(expected));
 }
-}  // namespace detail
 
-// L with the pivots on its diagonal, and U with ones, of rows ip and columns jp. Returns the sign of the permutations, 0 if singular;
-// ratio: the largest quotient of an element and the pivot that was taken after it could be.
-template <class SizeVector, class Vector, class Scalar>
-int LuRatio(SizeVector& ip, SizeVector& jp, Vector& LU, Scalar& ratio) {
+// Before each step of elimination: at_pivot(step, pivot).
+template <class SizeVector, class Vector, class AtPivot>
+int factor(SizeVector& ip, SizeVector& jp, Vector& LU, AtPivot&& at_pivot) {
+  using Scalar = std::remove_cvref_t<decltype(LU[0])>;
   const std::size_t n = ip.size();
-  detail::check_matrix("LuFactor: LU", LU.size(), n * n);
+  check_matrix("LuFactor: LU", LU.size(), n * n);
   int sign = 1;
-  ratio = Scalar(1);
   for (std::size_t i = 0; i < n; ++i) ip[i] = jp[i] = i;
   for (std::size_t p = 0; p < n; ++p) {
     std::size_t row = p, col = p;
@@ -44,6 +42,7 @@ int LuRatio(SizeVector& ip, SizeVector& jp, Vector& LU, Scalar& ratio) {
     if (col != p) std::swap(jp[p], jp[col]), sign = -sign;
     const Scalar pivot = LU[ip[p] * n + jp[p]];
     if (plain_value(pivot) == 0) return 0;
+    at_pivot(p, pivot);
     for (std::size_t j = p + 1; j < n; ++j) LU[ip[p] * n + jp[j]] = LU[ip[p] * n + jp[j]] / pivot;
     for (std::size_t i = p + 1; i < n; ++i) {
       for (std::size_t j = p + 1; j < n; ++j)
@@ -52,11 +51,33 @@ int LuRatio(SizeVector& ip, SizeVector& jp, Vector& LU, Scalar& ratio) {
   }
   return sign;
 }
+}  // namespace detail
 
+// Factors a matrix in place by elimination with full pivoting: L with the pivots on its diagonal and U with ones, of rows ip and columns
+// jp.  Returns the sign of the permutations, 0 if the matrix is singular.
 template <class SizeVector, class Vector>
 int LuFactor(SizeVector& ip, SizeVector& jp, Vector& LU) {
-  std::remove_cvref_t<decltype(LU[0])> ratio;
-  return LuRatio(ip, jp, LU, ratio);
+  return detail::factor(ip, jp, LU, [](std::size_t, const auto&) {});
+}
+
+// The same of recorded values.  ratio: the largest quotient, over all steps, of the largest element that was left and of the pivot, so 1
+// where pivots are chosen, and larger where the recorded ones no longer are the best (infinite: a pivot has become zero).
+template <class SizeVector, class Vector, class Scalar>
+int LuRatio(SizeVector& ip, SizeVector& jp, Vector& LU, Scalar& ratio) {
+  const std::size_t n = ip.size();
+  ratio = Scalar(1);
+  return detail::factor(ip, jp, LU, [&](std::size_t p, const auto& pivot) {
+    using std::abs;
+    Scalar largest(0);
+    for (std::size_t i = p; i < n; ++i) {
+      for (std::size_t j = p; j < n; ++j) {
+        const Scalar size = abs(LU[ip[i] * n + jp[j]]);
+        largest = CondExpGt(size, largest, size, largest);
+      }
+    }
+    const Scalar quotient = largest / abs(pivot);
+    ratio = CondExpGt(quotient, ratio, quotient, ratio);
+  });
 }
 
 // Of what LuFactor made: B becomes X.
@@ -78,7 +99,7 @@ void LuInvert(const SizeVector& ip, const SizeVector& jp, const Vector& LU, Vect
   }
 }
 
-template <class Vector, class Scalar>
+template <class Scalar, class Vector>
 int LuSolve(std::size_t n, std::size_t m, const Vector& A, const Vector& B, Vector& X, Scalar& logdet) {
   detail::check_matrix("LuSolve: A", A.size(), n * n);
   detail::check_matrix("LuSolve: B", B.size(), n * m);
@@ -98,4 +119,4 @@ int LuSolve(std::size_t n, std::size_t m, const Vector& A, const Vector& B, Vect
   return sign;
 }
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -9,7 +9,7 @@
 
 #include <dyntape/interface/cppad/conditions.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
 inline bool near_equal(double x, double y, double r, double a) {
@@ -32,4 +32,4 @@ bool NearEqual(const Complex& x, const Complex& y, const R& r, const A& a) {
   return detail::near_equal(x.real(), y.real(), r, a) && detail::near_equal(x.imag(), y.imag(), r, a);
 }
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Polynomials, integrals, and the little things that programs around CppAD use.
+// Polynomials, integrals, sorting, and numbers as text.
 //
 //   Poly(k, a, z)                      the k-th derivative of a[0] + a[1] z + ... at z
 //   RombergOne(F, a, b, n, p, e)       the integral of F from a to b by up to 2^(n - 1) intervals; e: an estimate of its error
@@ -8,12 +8,13 @@
 #pragma once
 
 #include <cstddef>
+#include <set>
 #include <sstream>
 #include <string>
 
 #include <dyntape/interface/cppad/vector.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 template <class Type, class Vector>
 Type Poly(std::size_t k, const Vector& a, const Type& z) {
@@ -30,23 +31,23 @@ namespace detail {
 inline std::size_t least(std::size_t a, std::size_t b) { return a < b ? a : b; }
 }  // namespace detail
 
-// Trapezoids of halved steps, extrapolated p times.
+// Trapezoids of n step sizes, each half of the one before, extrapolated min(p, n - 1) times.  e: by how much the last step size changed
+// the result, which is by all of it where there is only one.
 template <class Fun, class Float>
 Float RombergOne(Fun& F, const Float& a, const Float& b, std::size_t n, std::size_t p, Float& e) {
-  if (n <= p)
-    detail::refuse("RombergOne: n is " + std::to_string(n) + ", expected more than p = " + std::to_string(p));
+  if (n == 0 || n < p)
+    detail::refuse("RombergOne: n is " + std::to_string(n) +
+                   ", expected at least 1 and p = " + std::to_string(p));
   vector<Float> row(p + 1);
-  Float step = b - a, trapezoid = (F(a) + F(b)) * step / Float(2);
-  row[0] = trapezoid;
-  Float before = trapezoid;
+  Float step = b - a, before(0);
+  row[0] = (F(a) + F(b)) * step / Float(2);
   for (std::size_t i = 1, intervals = 1; i < n; ++i, intervals *= 2) {
     Float middle(0);
     for (std::size_t k = 0; k < intervals; ++k) middle = middle + F(a + step * Float(double(k) + 0.5));
-    trapezoid = (trapezoid + middle * step) / Float(2);
-    step = step / Float(2);
+    before = row[detail::least(i - 1, p)];
     Float left = row[0], power(4);
-    row[0] = trapezoid;
-    before = row[detail::least(i, p) - (p > 0)];
+    row[0] = (row[0] + middle * step) / Float(2);
+    step = step / Float(2);
     for (std::size_t j = 1; j <= detail::least(i, p); ++j) {
       const Float next = row[j];
       row[j] = row[j - 1] + (row[j - 1] - left) / (power - Float(1));
@@ -54,9 +55,9 @@ Float RombergOne(Fun& F, const Float& a, const Float& b, std::size_t n, std::siz
       power = power * Float(4);
     }
   }
-  const Float apart = row[p] - before;
+  const Float integral = row[detail::least(n - 1, p)], apart = integral - before;
   e = apart < Float(0) ? Float(-apart) : apart;
-  return row[p];
+  return integral;
 }
 
 namespace detail {
@@ -131,22 +132,12 @@ std::string to_string(const Value& value) {
   return text.str();
 }
 
-// Since the first call.
-double elapsed_seconds();
+// The elements of either.
+template <class Element>
+std::set<Element> set_union(const std::set<Element>& left, const std::set<Element>& right) {
+  std::set<Element> both = left;
+  both.insert(right.begin(), right.end());
+  return both;
+}
 
-// Threads need no set-up here, and memory is nobody's pool.
-struct thread_alloc {
-  static void parallel_setup(std::size_t, bool (*)(), std::size_t (*)()) {}
-  static void hold_memory(bool) {}
-  static void free_available(std::size_t) {}
-  static bool free_all() { return true; }
-  static std::size_t num_threads() { return 1; }
-  static std::size_t thread_num() { return 0; }
-  static bool in_parallel() { return false; }
-  static std::size_t inuse(std::size_t) { return 0; }
-  static std::size_t available(std::size_t) { return 0; }
-};
-template <class Base>
-void parallel_ad() {}
-
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -13,7 +13,7 @@
 #include <dyntape/interface/cppad/utilities/lu.h>
 #include <dyntape/interface/cppad/vector.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
 
@@ -181,4 +181,19 @@ Vector OdeErrControl(Method& method, const Float& ti, const Float& tf, const Vec
   return x;
 }
 
-}  // namespace dyntape::cppad
+template <class Float, class Vector, class Method>
+Vector OdeErrControl(Method& method, const Float& ti, const Float& tf, const Vector& xi, const Float& smin,
+                     const Float& smax, Float& scur, const Vector& eabs, const Float& erel, Vector& ef) {
+  Vector maxabs(xi.size());
+  std::size_t nstep;
+  return OdeErrControl(method, ti, tf, xi, smin, smax, scur, eabs, erel, ef, maxabs, nstep);
+}
+template <class Float, class Vector, class Method>
+Vector OdeErrControl(Method& method, const Float& ti, const Float& tf, const Vector& xi, const Float& smin,
+                     const Float& smax, Float& scur, const Vector& eabs, const Float& erel, Vector& ef,
+                     Vector& maxabs) {
+  std::size_t nstep;
+  return OdeErrControl(method, ti, tf, xi, smin, smax, scur, eabs, erel, ef, maxabs, nstep);
+}
+
+}  // namespace CppAD::inline dyntape_names

@@ -57,6 +57,7 @@ VectorFunctionLinearApproximation SystemDynamicsBase::jumpMapLinearApproximation
   VectorFunctionLinearApproximation a;
   a.f = computeJumpMap(time, state, preComp);
   a.dfdx = matrix_t::Identity(state.size(), state.size());
+  a.dfdu = matrix_t::Zero(a.f.size(), 0);
   return a;
 }
 
@@ -139,7 +140,9 @@ VectorFunctionLinearApproximation SystemDynamicsBaseAD::linearApproximation(scal
 
 VectorFunctionLinearApproximation SystemDynamicsBaseAD::jumpMapLinearApproximation(
     scalar_t time, const vector_t& state, const PreComputation& preComp) {
-  return detail::linear(jump_map(), kDynamics, getJumpMapParameters(time, preComp), time, state);
+  auto a = detail::linear(jump_map(), kDynamics, getJumpMapParameters(time, preComp), time, state);
+  a.dfdu = matrix_t::Zero(a.f.size(), 0);
+  return a;
 }
 
 VectorFunctionLinearApproximation SystemDynamicsBaseAD::guardSurfacesLinearApproximation(

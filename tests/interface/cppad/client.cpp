@@ -10,7 +10,6 @@
 #include <dyntape/interface/cppad/cg.h>
 #include <dyntape/interface/cppad/library.h>
 
-namespace CppAD = dyntape::cppad;
 using Vector = Eigen::Matrix<CppAD::AD<double>, Eigen::Dynamic, 1>;
 using Matrix4 = Eigen::Matrix<CppAD::AD<double>, 4, 4>;
 

@@ -262,7 +262,7 @@ TEST(CppadNested, InnerForwardAndReverseOfHighOrder) {
   inner.Forward(0, ax);
   inner.Forward(1, std::vector<ADouble>{1.0});
   ay[0] = inner.Forward(2, std::vector<ADouble>{0.0})[0];  // 2 exp(2 x)
-  ay[1] = inner.Reverse(3, std::vector<ADouble>{1.0})[0];  // d/dx of it: 4 exp(2 x)
+  ay[1] = inner.Reverse(3, std::vector<ADouble>{1.0})[2];  // d/dx of it: 4 exp(2 x)
   ADFun<double> f(ax, ay);
   const double e = std::exp(2.0);
   expect_near(f.Forward(0, DVector{1}), {2 * e, 4 * e});

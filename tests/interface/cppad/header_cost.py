@@ -23,7 +23,7 @@ int main() {
   std::cout << y[0] << " " << J[1] << " " << H[3] << " " << r[0] << "\\n";
 }
 """
-OURS = '#include <dyntape/interface/cppad/cppad.h>\nnamespace CppAD = dyntape::cppad;\n'
+OURS = '#include <dyntape/interface/cppad/cppad.h>\n'
 THEIRS = '#include <cppad/cppad.hpp>\n'
 
 

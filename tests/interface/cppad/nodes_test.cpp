@@ -198,7 +198,143 @@ TYPED_TEST(AtomicPrograms, SecondAndHigherOrders) {
   expect_near(f.Hessian(x, std::size_t(0)), {-s * 8, c * 12, c * 12, s * 12});
   f.Forward(0, x), f.Forward(1, DVector{1, 0}), f.Forward(2, DVector{0, 0});
   expect_near(f.Forward(3, DVector{0, 0}), {-c * 8 / 6});
-  expect_near(f.Reverse(3, DVector{1}), {-c * 4, -s * 8, c * 8, -s * 6, c * 12, s * 12});
+  expect_near(f.Reverse(3, DVector{1}), {c * 8, -s * 8, -c * 4, s * 12, c * 12, -s * 6});
+}
+
+// An element at a recorded index is taken by every function and operator, on either side.
+TEST(CppadVecAD, ElementsAreRecordedValues) {
+  AVector ax{1, 0.5}, ay(4);
+  Independent(ax);
+  CppAD::VecAD<double> table(2);
+  table[std::size_t(0)] = 0.25, table[std::size_t(1)] = ax[1];
+  ay[0] = sin(table[ax[0]]) + pow(table[ax[0]], 2.0) * 3.0;
+  ay[1] = pow(table[ax[0]], table[ax[0]]) - table[ax[0]] / 2.0;
+  table[ax[0]] *= 4;
+  ay[2] = CondExpLt(ADouble(table[ax[0]]), ADouble(1), ADouble(0), ADouble(1));
+  ay[3] = -table[ax[0]];
+  EXPECT_TRUE(table[ax[0]] > 1.5);
+  ADFun<double> f(ax, ay);
+  expect_near(f.Forward(0, DVector{1, 0.5}), {std::sin(0.5) + 0.75, std::sqrt(0.5) - 0.25, 1, -2});
+  expect_near(f.Forward(0, DVector{0, 0.5}), {std::sin(0.25) + 0.1875, std::pow(0.25, 0.25) - 0.125, 1, -1});
+}
+
+// y = (u2^2, u0 u1): types of the results, and the pattern of the Hessian, by what the function says.
+class Typed : public CppAD::atomic_three<double> {
+ public:
+  Typed() : CppAD::atomic_three<double>("typed") {}
+  using Types = vector<CppAD::ad_type_enum>;
+  bool for_type(const vector<double>&, const Types& x, Types& y) override {
+    y[0] = x[2], y[1] = std::max(x[0], x[1]);
+    return true;
+  }
+  bool forward(const vector<double>&, const Types&, std::size_t need, std::size_t, std::size_t up,
+               const vector<double>& x, vector<double>& y) override {
+    EXPECT_GT(need, std::size_t(CppAD::variable_enum)) << "all results are needed";
+    if (up == 0) y[0] = x[2] * x[2], y[1] = x[0] * x[1];
+    return up == 0;
+  }
+  bool jac_sparsity(const vector<double>&, const Types&, bool, const vector<bool>&, const vector<bool>&,
+                    CppAD::sparse_rc<vector<std::size_t>>& pattern) override {
+    pattern.resize(2, 3, 3);
+    pattern.set(0, 0, 2), pattern.set(1, 1, 0), pattern.set(2, 1, 1);
+    return true;
+  }
+  bool hes_sparsity(const vector<double>&, const Types&, const vector<bool>&, const vector<bool>& y,
+                    CppAD::sparse_rc<vector<std::size_t>>& pattern) override {
+    pattern.resize(3, 3, (y[0] ? 1u : 0u) + (y[1] ? 2u : 0u));
+    if (y[0]) pattern.set(0, 2, 2);
+    if (y[1]) pattern.set(pattern.nnz() - 2, 0, 1), pattern.set(pattern.nnz() - 1, 1, 0);
+    return true;
+  }
+};
+
+TEST(CppadAtomic, ResultsHaveTheTypesThatItSays) {
+  Typed typed;
+  std::vector<ADouble> x{2}, p{3}, y(2);
+  Independent(x, p);
+  typed(std::vector<ADouble>{5, p[0], x[0]}, y);
+  EXPECT_TRUE(Variable(y[0]));
+  EXPECT_TRUE(Dynamic(y[1]));
+  ADFun<double> f(x, y);
+  f.new_dynamic(DVector{7});
+  expect_near(f.Forward(0, DVector{4}), {16, 35});
+  EXPECT_FALSE(f.Parameter(0));
+  EXPECT_TRUE(f.Parameter(1));
+  std::vector<ADouble> u{1}, v(2);
+  Independent(u);
+  typed(std::vector<ADouble>{5, 6, u[0]}, v);
+  EXPECT_TRUE(Constant(v[1]));
+  AD<double>::abort_recording();
+}
+
+TEST(CppadAtomic, HessianPatternIsWhatItSays) {
+  Typed typed;
+  AVector u{1, 2, 3}, y(2);
+  Independent(u);
+  typed(u, y);
+  ADFun<double> f(u, y);
+  CppAD::sparse_rc<Sizes> pattern;
+  f.for_hes_sparsity(vector<bool>{true, true, true}, vector<bool>{true, true}, false, pattern);
+  CppAD::sparse_rc<Sizes> expected(3, 3, 3);
+  expected.set(0, 0, 1), expected.set(1, 1, 0), expected.set(2, 2, 2);
+  EXPECT_TRUE(pattern == expected) << pattern;
+  f.for_hes_sparsity(vector<bool>{true, true, true}, vector<bool>{true, false}, false, pattern);
+  EXPECT_EQ(pattern.nnz(), 1u);
+}
+
+// y = x^2 with reverse of first order only, which is all that Reverse(1) needs after Forward(1) and Forward(2).
+class FirstOrderSquare : public CppAD::atomic_three<double> {
+ public:
+  FirstOrderSquare() : CppAD::atomic_three<double>("first_order_square") {}
+  using Types = vector<CppAD::ad_type_enum>;
+  bool forward(const vector<double>&, const Types&, std::size_t, std::size_t, std::size_t up,
+               const vector<double>& tx, vector<double>& ty) override {
+    for (std::size_t k = 0; k <= up; ++k) {
+      ty[k] = 0;
+      for (std::size_t j = 0; j <= k; ++j) ty[k] += tx[j] * tx[k - j];
+    }
+    return true;
+  }
+  bool reverse(const vector<double>&, const Types&, std::size_t up, const vector<double>& tx,
+               const vector<double>&, vector<double>& px, const vector<double>& py) override {
+    px[0] = 2 * tx[0] * py[0];
+    return up == 0;
+  }
+};
+
+TEST(CppadAtomic, ReverseAsksForTheOrdersThatItNeeds) {
+  FirstOrderSquare square;
+  AVector ax{3}, ay(1);
+  Independent(ax);
+  square(ax, ay);
+  ay[0] = ay[0] * 5;
+  ADFun<double> f(ax, ay);
+  f.Forward(1, DVector{2}), f.Forward(2, DVector{0});
+  expect_near(f.Reverse(1, DVector{1}), {30});
+}
+
+// 3 p x^2 of a parameter that changes after the call has been recorded; derivatives in x to third order.
+TEST(CppadCheckpoint, NewParametersReachRecordedCalls) {
+  std::vector<ADouble> x{2}, p{4}, y(1);
+  Independent(x, p);
+  y[0] = p[0] * x[0] * x[0];
+  ADFun<double> inner(x, y);
+  CppAD::chkpoint_two<double> call(inner, "scaled_square");
+  AVector ax{2}, ay(1);
+  Independent(ax);
+  call(ax, ay);
+  ay[0] = 3 * ay[0];
+  ADFun<double> f(ax, ay);
+  expect_near(f.Forward(0, DVector{2}), {48});
+  call.new_dynamic(DVector{5});
+  expect_near(f.Forward(0, DVector{2}), {60});
+  expect_near(f.Jacobian(DVector{2}), {60});
+  expect_near(f.Hessian(DVector{2}, std::size_t(0)), {30});
+  std::vector<ADouble> au{2}, av(1);
+  Independent(au);
+  av[0] = f.base2ad().Jacobian(au)[0];  // 30 x, recorded
+  ADFun<double> slope(au, av);
+  expect_near(slope.Jacobian(DVector{7}), {30});
 }
 
 TYPED_TEST(AtomicPrograms, PatternsCoverIt) {

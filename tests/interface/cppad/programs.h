@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What programs written for CppAD begin with, an include and an alias changed.
+// What programs written for CppAD begin with, an include changed.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,6 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/cppad/cppad.h>
 
-namespace CppAD = dyntape::cppad;
 using CppAD::AD;
 using CppAD::ADFun;
 using CppAD::Independent;

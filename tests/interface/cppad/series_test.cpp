@@ -119,7 +119,7 @@ TEST_P(KnownSeries, ForwardAllOrdersAtOnce) {
     EXPECT_NEAR(y[q], GetParam().coefficient(q), 1e-13) << "order " << q;
 }
 
-// dW/dx^(k) of W = y^(q - 1) is coefficient q - 1 - k of the slope series: (q - k) y^(q - k) along t.
+// dw[q - k - 1] is dW/dx^(k) of W = y^(q - 1), as documented: coefficient q - 1 - k of the slope series, (q - k) y^(q - k) along t.
 TEST_P(KnownSeries, ReverseOfEveryOrder) {
   ADFun<double> f =
       recorded({0}, [](const AVector& x) -> std::vector<ADouble> { return {GetParam().code(x[0])}; });
@@ -131,13 +131,24 @@ TEST_P(KnownSeries, ReverseOfEveryOrder) {
     ASSERT_EQ(dw.size(), q);
     for (std::size_t k = 0; k < q; ++k) {
       const double n = double(q - k);
-      EXPECT_NEAR(dw[k], n * GetParam().coefficient(q - k), 1e-12) << "order " << q << ", of " << k;
+      EXPECT_NEAR(dw[q - k - 1], n * GetParam().coefficient(q - k), 1e-12) << "order " << q << ", of " << k;
     }
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Functions, KnownSeries, testing::ValuesIn(kKnown),
                          [](const auto& info) { return info.param.name; });
+
+// azmul is absolute coefficient by coefficient: of 1 / t at 0 no coefficient is a number, and a zero outweighs them all.
+TEST(CppadSeries, AbsoluteProductsOfPoles) {
+  ADFun<double> f =
+      recorded({1, 1}, [](const AVector& x) -> std::vector<ADouble> { return {azmul(x[0], 1 / x[1])}; });
+  expect_near(f.Forward(0, DVector{0, 0}), {0});
+  expect_near(f.Forward(1, DVector{0, 1}), {0});
+  expect_near(f.Forward(2, DVector{0, 0}), {0});
+  f.Forward(0, DVector{0, 0});
+  EXPECT_EQ(f.Forward(1, DVector{1, 0})[0], kInf) << "x0 has moved";
+}
 
 TEST(CppadSeries, SeveralDirectionsAtOnce) {
   ADFun<double> f = recorded({1, 2}, [](const AVector& x) -> std::vector<ADouble> {
@@ -159,7 +170,53 @@ TEST(CppadSeries, ReverseWithWeightsOfEveryOrder) {
   f.Forward(0, DVector{2}), f.Forward(1, DVector{5});
   // y0 = x^3, y1 = 3 x^2 x1: W = 7 y0 + 11 y1
   expect_near(f.Reverse(2, DVector{7, 11}), {7 * 12 + 11 * 6 * 2 * 5, 11 * 12});
-  expect_near(f.Reverse(2, DVector{11}), {11 * 6 * 2 * 5, 11 * 12});
+  expect_near(f.Reverse(2, DVector{11}), {11 * 12, 11 * 6 * 2 * 5});  // W = 11 y1: by x1 first
+}
+
+std::vector<ADouble> mixed_code(const AVector& x) {
+  return {sin(x[0] * x[1]) + exp(x[2]), x[0] * x[0] * x[2] / x[1], sqrt(x[1] + x[2] * x[2])};
+}
+
+// w . y^(order) of the coefficients x[3 k + j], all orders up to it.
+double weighted_coefficient(ADFun<double>& f, const DVector& x, std::size_t order, const DVector& w) {
+  double sum = 0;
+  for (std::size_t k = 0; k <= order; ++k) {
+    const DVector xk{x[3 * k], x[3 * k + 1], x[3 * k + 2]}, yk = f.Forward(k, xk);
+    if (k < order) continue;
+    for (std::size_t i = 0; i < w.size(); ++i) sum += w[i] * yk[i];
+  }
+  return sum;
+}
+
+// dw[j q + q - k - 1] is the derivative by x_j^(k) of w . y^(q - 1): central differences of Forward.
+TEST(CppadSeries, ReverseIsTheDerivativeByEveryCoefficient) {
+  ADFun<double> f = recorded({1, 2, 0.5}, mixed_code);
+  const DVector x{0.7, 1.3, 0.4, 1, -0.5, 0.25, 0.5, 0.75, -1, 0.2, -0.3, 0.6}, w{0.5, -2, 1.5};
+  for (std::size_t q = 1; q <= 4; ++q) {
+    weighted_coefficient(f, x, 3, w);  // orders beyond q - 1 are there, and do not matter
+    const DVector dw = f.Reverse(q, w);
+    ASSERT_EQ(dw.size(), 3 * q);
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t k = 0; k < q; ++k) {
+        const double h = 1e-5;
+        DVector up = x, down = x;
+        up[3 * k + j] += h, down[3 * k + j] -= h;
+        const double slope =
+            (weighted_coefficient(f, up, q - 1, w) - weighted_coefficient(f, down, q - 1, w)) / (2 * h);
+        EXPECT_NEAR(dw[j * q + q - k - 1], slope, 1e-8) << "q " << q << ", j " << j << ", k " << k;
+      }
+    }
+  }
+}
+
+// After Forward(1, dx), Reverse(2, w) is the gradient at 2 j and the Hessian of w . y times dx at 2 j + 1.
+TEST(CppadSeries, HessianTimesDirection) {
+  ADFun<double> f = recorded({1, 1}, [](const AVector& x) -> std::vector<ADouble> {
+    return {x[0] * x[0] * x[1], x[1] * x[1]};
+  });
+  f.Forward(0, DVector{3, 5}), f.Forward(1, DVector{7, 11});
+  // w . y = 2 x0^2 x1 + 13 x1^2: gradient (4 x0 x1, 2 x0^2 + 26 x1), Hessian ((4 x1, 4 x0), (4 x0, 26))
+  expect_near(f.Reverse(2, DVector{2, 13}), {60, 20 * 7 + 12 * 11, 18 + 130, 12 * 7 + 26 * 11});
 }
 
 TEST(CppadSeries, CapacityForgetsHigherOrders) {

@@ -166,6 +166,60 @@ TEST(CppadSparse, OldHessianPatterns) {
   }
 }
 
+// H of x0 x1 + x0 x2^2: the result is R^T H, q x n, and H R, n x q, if transposed, of R (n x q) or its transpose.
+TEST(CppadSparse, OldHessianPatternsOfFewerColumns) {
+  ADFun<double> f = recorded(
+      {1, 1, 1}, [](const AVector& x) -> std::vector<ADouble> { return {x[0] * x[1] + x[0] * x[2] * x[2]}; });
+  const Bools s{true}, r{false, true, true, false, false, false},  // R: (0, 1), (1, 0)
+      r_transposed{false, true, false, true, false, false};
+  f.ForSparseJac(2, r);
+  const Bools of_rows = f.RevSparseHes(2, s);
+  f.ForSparseJac(2, r_transposed, true);
+  const Bools of_columns = f.RevSparseHes(2, s, true);
+  const bool expected[2][3] = {{true, false, false}, {false, true, true}};  // rows 1 and 0 of H
+  ASSERT_EQ(of_rows.size(), 6u);
+  ASSERT_EQ(of_columns.size(), 6u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      EXPECT_EQ(of_rows[i * 3 + j], expected[i][j]) << i << ", " << j;
+      EXPECT_EQ(of_columns[j * 2 + i], expected[i][j]) << i << ", " << j;
+    }
+  }
+  VectorOfSets of_s(1), of_r(3);
+  of_s[0] = {0}, of_r[0] = {1}, of_r[1] = {0};
+  f.ForSparseJac(2, of_r);
+  const VectorOfSets sets = f.RevSparseHes(2, of_s);
+  ASSERT_EQ(sets.size(), 2u);
+  EXPECT_EQ(sets[0], (std::set<std::size_t>{0}));
+  EXPECT_EQ(sets[1], (std::set<std::size_t>{1, 2}));
+}
+
+// The first call fills the work; the others need no pattern.
+TEST(CppadSparse, FilledWorkStandsForThePattern) {
+  ADFun<double> f = example();
+  VectorOfSets p(3), h(3);
+  p[0] = {0, 1}, p[1] = {2}, p[2] = {0};
+  h[0] = {1}, h[1] = {0}, h[2] = {2};
+  DVector values(2);
+  CppAD::sparse_jacobian_work forward, reverse;
+  const Sizes row{0, 1}, col{1, 2};
+  f.SparseJacobianForward(DVector{1, 1, 1}, p, row, col, values, forward);
+  f.SparseJacobianReverse(DVector{1, 1, 1}, p, row, col, values, reverse);
+  f.SparseJacobianForward(kAt, VectorOfSets(), row, col, values, forward);
+  expect_near(values, {2, 10});
+  f.SparseJacobianReverse(kAt, Bools(), row, col, values, reverse);
+  expect_near(values, {2, 10});
+  CppAD::sparse_hessian_work hessian;
+  const DVector w{10, 1, 1};
+  f.SparseHessian(kAt, DVector{1, 1, 1}, h, Sizes{0, 2}, Sizes{1, 2}, values, hessian);
+  f.SparseHessian(kAt, w, VectorOfSets(), Sizes{0, 2}, Sizes{1, 2}, values, hessian);
+  expect_near(values, {10, 2});
+  EXPECT_NE(sentence_of<dyntape::ArgumentError>([&] {
+              f.SparseJacobianForward(kAt, p, Sizes{0}, Sizes{1}, values, forward);
+            }).find("work"),
+            std::string::npos);
+}
+
 TEST(CppadSparse, OldValues) {
   ADFun<double> f = example();
   expect_near(f.SparseJacobian(kAt), kJacobian);

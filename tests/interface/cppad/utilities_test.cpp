@@ -91,6 +91,37 @@ TEST(CppadLu, OfRecordedValues) {
   EXPECT_NEAR(J[17], -0.2, 1e-12);
 }
 
+// 1 where pivots are chosen; at other values the largest element left over the recorded pivot, and infinite where that is zero.
+TEST(CppadLu, RatioSaysWhetherPivotsAreStillTheBest) {
+  ADFun<double> f = recorded({1, 2, 3, 8}, [](const AVector& x) -> std::vector<ADouble> {
+    Sizes ip(2), jp(2);
+    AVector LU = x;
+    ADouble ratio;
+    EXPECT_NE(CppAD::LuRatio(ip, jp, LU, ratio), 0);
+    return {ratio};
+  });
+  expect_near(f.Forward(0, DVector{1, 2, 3, 8}), {1});
+  expect_near(f.Forward(0, DVector{1, 2, 3, 4}), {1});  // 4 is the largest
+  expect_near(f.Forward(0, DVector{10, 2, 3, 4}), {2.5});
+  expect_near(f.Forward(0, DVector{1, 2, 3, 0.5}), {6});
+  expect_near(f.Forward(0, DVector{1, 2, 3, 0}), {kInf});
+}
+
+// n trapezoid sums of halved steps, extrapolated p times: of x^2 over (0, 1) the sums are 1/2, 3/8, 11/32.
+TEST(CppadRomberg, ErrorIsTheChangeByTheLastStep) {
+  auto square = [](const double& x) { return x * x; };
+  double e;
+  EXPECT_DOUBLE_EQ(CppAD::RombergOne(square, 0.0, 1.0, 1, 0, e), 0.5);
+  EXPECT_DOUBLE_EQ(e, 0.5);
+  EXPECT_DOUBLE_EQ(CppAD::RombergOne(square, 0.0, 1.0, 3, 0, e), 11.0 / 32);
+  EXPECT_DOUBLE_EQ(e, 1.0 / 32);
+  EXPECT_DOUBLE_EQ(CppAD::RombergOne(square, 0.0, 1.0, 2, 1, e), 1.0 / 3);
+  EXPECT_DOUBLE_EQ(e, 1.0 / 6);                                             // by 1/2 before
+  EXPECT_DOUBLE_EQ(CppAD::RombergOne(square, 0.0, 1.0, 2, 2, e), 1.0 / 3);  // p may be n
+  EXPECT_NEAR(CppAD::RombergOne(square, 0.0, 1.0, 4, 1, e), 1.0 / 3, 1e-15);
+  EXPECT_NEAR(e, 0, 1e-15);
+}
+
 TEST(CppadRomberg, OneVariable) {
   auto integrand = [](const double& x) { return std::exp(x); };
   double e;

@@ -50,7 +50,10 @@ TEST_F(Dynamics, WithoutJumpsAndGuardsOfItsOwn) {
   const vector_t x = (vector_t(2) << 0.4, -1).finished();
   expect_near(pendulum.computeJumpMap(0, x), x, 0);
   expect_near(pendulum.computeGuardSurfaces(0, x), vector_t::Constant(1, -1), 0);
-  expect_near(pendulum.jumpMapLinearApproximation(0, x).dfdx, matrix_t::Identity(2, 2), 0);
+  const auto jump = pendulum.jumpMapLinearApproximation(0, x);
+  expect_near(jump.dfdx, matrix_t::Identity(2, 2), 0);
+  EXPECT_EQ(jump.dfdu.rows(), 2);  // (n x 0), as in OCS2: no input at a jump
+  EXPECT_EQ(jump.dfdu.cols(), 0);
   const auto guard = pendulum.guardSurfacesLinearApproximation(0, x, vector_t::Zero(1));
   expect_near(guard.dfdx, matrix_t::Zero(1, 2), 0);
   expect_near(guard.dfdu, matrix_t::Zero(1, 1), 0);

@@ -11,7 +11,9 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/cppad/cg/model.h>
 
-namespace dyntape::cppad::cg {
+namespace CppAD::inline dyntape_names::cg {
+
+using namespace dyntape;
 
 struct ModelState {
   struct Elements {
@@ -29,4 +31,4 @@ struct ModelState {
   mutable std::vector<std::unique_ptr<CompiledFunction::Workspace>> free;
 };
 
-}  // namespace dyntape::cppad::cg
+}  // namespace CppAD::inline dyntape_names::cg

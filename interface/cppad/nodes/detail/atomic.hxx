@@ -7,14 +7,16 @@
 #include <dyntape/interface/cppad/nodes/atomic.h>
 #include <dyntape/interface/cppad/detail/fun.hxx>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
 struct AtomicAt {  // one call of it
   std::shared_ptr<AtomicFunction<Base>*> alive;
   std::string name;
-  std::size_t call_id, n_in, n_out;
+  AtomicCall<Base> call;
 
+  std::size_t n_in() const { return call.n_in(); }
+  std::size_t n_out() const { return call.n_out; }
   AtomicFunction<Base>& function() const {
     if (!*alive) refuse("atomic function \"" + name + "\" is evaluated after its object has been destroyed");
     return **alive;
@@ -25,17 +27,15 @@ struct AtomicAt {  // one call of it
   }
   template <class S>
   vector<S> forward(std::size_t up, const vector<S>& tx) const {
-    vector<S> ty(n_out * (up + 1));
-    if (!function().coefficients(call_id, 0, up, n_out, tx, ty))
-      refuse_order("forward", up, !std::is_same_v<S, Base>);
+    vector<S> ty(n_out() * (up + 1));
+    if (!function().coefficients(call, 0, up, tx, ty)) refuse_order("forward", up, !std::is_same_v<S, Base>);
     return ty;
   }
   template <class S>
   vector<S> reverse(std::size_t up, const vector<S>& tx, const vector<S>& py) const {
     const vector<S> ty = forward(up, tx);
     vector<S> px(tx.size());
-    if (!function().adjoints(call_id, up, tx, ty, px, py))
-      refuse_order("reverse", up, !std::is_same_v<S, Base>);
+    if (!function().adjoints(call, up, tx, ty, px, py)) refuse_order("reverse", up, !std::is_same_v<S, Base>);
     return px;
   }
 };
@@ -49,7 +49,7 @@ class AtomicSeries : public SeriesKernel<T> {
   Many forward(const Many& in) const override {
     const std::size_t up = longest(in, 1) - 1;
     const vector<T> ty = at_.forward(up, packed(in, up));
-    Many out(at_.n_out);
+    Many out(at_.n_out());
     for (std::size_t i = 0; i < out.size(); ++i) {
       std::size_t n = up + 1;
       while (n > 1 && IdenticalZero(ty[i * (up + 1) + n - 1])) --n;
@@ -62,8 +62,8 @@ class AtomicSeries : public SeriesKernel<T> {
   // Adjoints begin with the highest order.
   Many reverse(const Many& in, const Many&, const Many& adjoints) const override {
     const std::size_t up = longest(adjoints, longest(in, 1)) - 1;
-    vector<T> py(at_.n_out * (up + 1));
-    for (std::size_t i = 0; i < at_.n_out; ++i) {
+    vector<T> py(at_.n_out() * (up + 1));
+    for (std::size_t i = 0; i < at_.n_out(); ++i) {
       for (std::size_t k = 0; k <= up; ++k) py[i * (up + 1) + up - k] = adjoints[i].at(k);
     }
     const vector<T> px = at_.reverse(up, packed(in, up), py);
@@ -99,7 +99,20 @@ struct AtomicInSeries : KernelInSeries {
   std::shared_ptr<const SeriesKernel<AD<Base>>> of(AD<Base>) const override {
     return std::make_shared<AtomicSeries<Base, AD<Base>>>(at);
   }
+  bool hessian(std::size_t i, Pattern& pattern) const override {
+    sparse_rc<vector<std::size_t>> entries;
+    if (!at.function().hessian_entries(at.call, i, entries)) return false;
+    pattern = pattern_of(sets_of(entries, false));
+    return true;
+  }
+  KernelName called() const override {
+    const auto generation = at.function().generation();
+    return {generation == 4   ? KernelName::kAtomicFour
+            : generation == 3 ? KernelName::kAtomicThree
+                              : KernelName::kOther,
+            at.name, at.call.id};
+  }
   AtomicAt<Base> at;
 };
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

@@ -13,7 +13,6 @@
 
 #include <dyntape/interface/cppad/library.h>
 
-namespace CppAD = dyntape::cppad;
 namespace pin = pinocchio;
 
 using Scalar = CppAD::AD<double>;

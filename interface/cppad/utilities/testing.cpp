@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/cppad/utilities/numeric.h>
+#include <dyntape/interface/cppad/utilities/testing.h>
 
 #include <chrono>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 double elapsed_seconds() {
   using Clock = std::chrono::steady_clock;
@@ -11,4 +11,4 @@ double elapsed_seconds() {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What happens when a call of this layer is refused: an exception (autodiff/error.h), or what a program asks for instead.
+//
+//   void handler(bool known, int line, const char* file, const char* exp, const char* msg);   // throws, or ends the program
+//   CppAD::ErrorHandler info(handler);                    // of this thread, until info is destroyed
+//   CPPAD_ASSERT_KNOWN(n > 0, "there are no entries");    // in every build
+#pragma once
+
+namespace CppAD::inline dyntape_names {
+
+class ErrorHandler {
+ public:
+  using Handler = void (*)(bool known, int line, const char* file, const char* exp, const char* msg);
+
+  explicit ErrorHandler(Handler handler);
+  ErrorHandler(const ErrorHandler&) = delete;
+  ErrorHandler& operator=(const ErrorHandler&) = delete;
+  ~ErrorHandler();
+
+  // Calls the handler of this thread; without one, or if it returns, throws ArgumentError with the place and the message.
+  [[noreturn]] static void Call(bool known, int line, const char* file, const char* exp, const char* msg);
+
+ private:
+  Handler before_;
+};
+
+}  // namespace CppAD::inline dyntape_names
+
+#define CPPAD_ASSERT_KNOWN(exp, msg)                                              \
+  {                                                                               \
+    if (!(exp)) ::CppAD::ErrorHandler::Call(true, __LINE__, __FILE__, #exp, msg); \
+  }
+#define CPPAD_ASSERT_UNKNOWN(exp)                                                 \
+  {                                                                               \
+    if (!(exp)) ::CppAD::ErrorHandler::Call(false, __LINE__, __FILE__, #exp, ""); \
+  }
