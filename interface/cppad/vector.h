@@ -38,6 +38,10 @@ class vector {
 
   vector() = default;
   explicit vector(std::size_t n) { resize(n); }
+  vector(std::size_t n, const Type& value) {
+    resize(n);
+    for (Type& element : *this) element = value;
+  }
   vector(std::initializer_list<Type> values) { assign(values.begin(), values.end()); }
   template <class Iterator>
   requires requires(Iterator i) { *i, ++i; }
