@@ -126,12 +126,14 @@ std::map<std::string, graph_op_enum> ops_by_name() {
   return ops;
 }
 
-// In CppAD's format a string is all characters up to the next quote, with neither escapes nor quotes.
+// In CppAD's format a string is all characters up to the next quote, with neither escapes nor quotes, and numbers may begin with +.
 std::string with_escapes(const std::string& text) {
   std::string escaped;
   bool inside = false;
   for (char c : text) {
     inside = inside != (c == '"');
+    const bool in_exponent = !escaped.empty() && (escaped.back() == 'e' || escaped.back() == 'E');
+    if (!inside && c == '+' && !in_exponent) continue;
     if (inside && c == '\n') {
       escaped += "\\n";
     } else if (inside && c == '\t') {
