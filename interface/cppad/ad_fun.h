@@ -153,10 +153,6 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Size size_random() const { return 0; }
   Size size_op_seq() const { return sizes().operations * 16 + sizes().constants * sizeof(Base); }
   Size number_skip() const { return 0; }
-  Size size_forward_bool() const { return 0; }  // patterns are not kept
-  Size size_forward_set() const { return 0; }
-  void size_forward_bool(Size) {}
-  void size_forward_set(Size) {}
   bool exceed_collision_limit() const { return false; }
 
   // --- Taylor coefficients ---

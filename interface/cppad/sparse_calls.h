@@ -51,11 +51,12 @@ class SparseCalls {
 
   // --- patterns: S = J R and S = R J; any SizeVector ---
   template <class V>
-  void for_jac_sparsity(const sparse_rc<V>& R, bool transpose, bool dependency, bool /*internal_bool*/,
+  void for_jac_sparsity(const sparse_rc<V>& R, bool transpose, bool dependency, bool internal_bool,
                         sparse_rc<V>& S) {
     const Sets r = sets_of(R, transpose);
     fun().check("for_jac_sparsity: the pattern's rows", r.sets.size(), fun().domain());
     for_jac_ = r;
+    for_jac_is_bool_ = internal_bool;
     to_rc(product(sets_of(fun().jacobian_pattern(dependency)), r), transpose, S);
   }
   template <class V>
@@ -65,6 +66,11 @@ class SparseCalls {
     fun().check("rev_jac_sparsity: the pattern's columns", r.cols, fun().range());
     to_rc(product(r, sets_of(fun().jacobian_pattern(dependency))), transpose, S);
   }
+  // Entries that are kept of the last for_jac_sparsity or ForSparseJac, as sets or as bools; 0 frees them.
+  Size size_forward_set() const { return for_jac_is_bool_ ? 0 : kept_entries(); }
+  Size size_forward_bool() const { return for_jac_is_bool_ ? kept_entries() : 0; }
+  void size_forward_set(Size) { for_jac_ = {}; }
+  void size_forward_bool(Size) { for_jac_ = {}; }
   // H R, of the R of the last for_jac_sparsity.
   template <class BoolVector, class V>
   void rev_hes_sparsity(const BoolVector& select_range, bool transpose, bool /*internal_bool*/,
@@ -99,6 +105,7 @@ class SparseCalls {
   VectorSet ForSparseJac(Size q, const VectorSet& r, bool transpose = false, bool dependency = false) {
     const Sets of_r = sets_of(r, transpose ? q : fun().domain(), transpose ? fun().domain() : q, transpose);
     for_jac_ = of_r;
+    for_jac_is_bool_ = !kIsOfSets<VectorSet>;
     return to_vector<VectorSet>(product(sets_of(fun().jacobian_pattern(dependency)), of_r), transpose);
   }
   template <class VectorSet>
@@ -299,7 +306,14 @@ class SparseCalls {
     }
   }
 
+  Size kept_entries() const {
+    Size entries = 0;
+    for (const auto& row : for_jac_.sets) entries += row.size();
+    return entries;
+  }
+
   Sets for_jac_;
+  bool for_jac_is_bool_ = false;
   std::vector<bool> subgraph_domain_;
 };
 

@@ -7,11 +7,13 @@
 // An index beyond the end is an ArgumentError, in every build.
 #pragma once
 
+#include <compare>
+#include <concepts>
 #include <cstddef>
 #include <initializer_list>
+#include <iterator>
 #include <memory>
 #include <ostream>
-#include <span>
 #include <string>
 #include <utility>
 
@@ -27,17 +29,58 @@ namespace CppAD::inline dyntape_names {
 namespace detail {
 using namespace ::dyntape;  // this layer is written over its graph
 [[noreturn]] void refuse(const std::string& sentence);
+
+// A pointer that is a class, as programs expect of iterators.
+template <class Type>
+class VectorIterator {
+ public:
+  using iterator_category = std::random_access_iterator_tag;
+  using value_type = std::remove_cv_t<Type>;
+  using difference_type = std::ptrdiff_t;
+  using pointer = Type*;
+  using reference = Type&;
+
+  VectorIterator() = default;
+  explicit VectorIterator(Type* at) : at_(at) {}
+  template <class Other>
+  requires std::convertible_to<Other*, Type*> VectorIterator(const VectorIterator<Other>& other)  // NOLINT
+      : at_(other.operator->()) {}
+
+  Type& operator*() const { return *at_; }
+  Type* operator->() const { return at_; }
+  Type& operator[](difference_type i) const { return at_[i]; }
+  VectorIterator& operator++() { return ++at_, *this; }
+  VectorIterator& operator--() { return --at_, *this; }
+  VectorIterator operator++(int) { return VectorIterator(at_++); }
+  VectorIterator operator--(int) { return VectorIterator(at_--); }
+  VectorIterator& operator+=(difference_type n) { return at_ += n, *this; }
+  VectorIterator& operator-=(difference_type n) { return at_ -= n, *this; }
+  friend VectorIterator operator+(VectorIterator a, difference_type n) { return a += n; }
+  friend VectorIterator operator+(difference_type n, VectorIterator a) { return a += n; }
+  friend VectorIterator operator-(VectorIterator a, difference_type n) { return a -= n; }
+  friend difference_type operator-(VectorIterator a, VectorIterator b) { return a.at_ - b.at_; }
+  friend bool operator==(VectorIterator a, VectorIterator b) { return a.at_ == b.at_; }
+  friend auto operator<=>(VectorIterator a, VectorIterator b) { return a.at_ <=> b.at_; }
+
+ private:
+  Type* at_ = nullptr;
+};
+
 }  // namespace detail
 
 template <class Type>
 class vector {
  public:
   using value_type = Type;
-  using iterator = typename std::span<Type>::iterator;
-  using const_iterator = typename std::span<const Type>::iterator;
+  using iterator = detail::VectorIterator<Type>;
+  using const_iterator = detail::VectorIterator<const Type>;
 
   vector() = default;
   explicit vector(std::size_t n) { resize(n); }
+  vector(std::size_t n, const Type& value) {
+    resize(n);
+    for (Type& element : *this) element = value;
+  }
   vector(std::initializer_list<Type> values) { assign(values.begin(), values.end()); }
   template <class Iterator>
   requires requires(Iterator i) { *i, ++i; }
@@ -58,10 +101,10 @@ class vector {
   bool empty() const { return size_ == 0; }
   Type* data() { return data_.get(); }
   const Type* data() const { return data_.get(); }
-  iterator begin() { return std::span<Type>(data(), size_).begin(); }
-  iterator end() { return std::span<Type>(data(), size_).end(); }
-  const_iterator begin() const { return std::span<const Type>(data(), size_).begin(); }
-  const_iterator end() const { return std::span<const Type>(data(), size_).end(); }
+  iterator begin() { return iterator(data()); }
+  iterator end() { return iterator(data() + size_); }
+  const_iterator begin() const { return const_iterator(data()); }
+  const_iterator end() const { return const_iterator(data() + size_); }
   Type& operator[](std::size_t i) { return check(i), data_[i]; }
   const Type& operator[](std::size_t i) const { return check(i), data_[i]; }
 

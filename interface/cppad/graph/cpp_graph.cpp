@@ -126,6 +126,35 @@ std::map<std::string, graph_op_enum> ops_by_name() {
   return ops;
 }
 
+// In CppAD's format a string is all characters up to the next quote, with neither escapes nor quotes, and numbers may begin with +.
+std::string with_escapes(const std::string& text) {
+  std::string escaped;
+  bool inside = false;
+  for (char c : text) {
+    inside = inside != (c == '"');
+    const bool in_exponent = !escaped.empty() && (escaped.back() == 'e' || escaped.back() == 'E');
+    if (!inside && c == '+' && !in_exponent) continue;
+    if (inside && c == '\n') {
+      escaped += "\\n";
+    } else if (inside && c == '\t') {
+      escaped += "\\t";
+    } else {
+      if (inside && c == '\\') escaped += c;
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+std::string without_escapes(const std::string& text) {
+  std::string plain;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    const bool escapes = text[k] == '\\' && k + 1 < text.size();
+    if (escapes) ++k;
+    plain += escapes && text[k] == 'n' ? '\n' : escapes && text[k] == 't' ? '\t' : text[k];
+  }
+  return plain;
+}
+
 // [n, [...]]
 const Json& list_of(const Json& json, const char* key) {
   const Json& pair = json.at(key);
@@ -191,14 +220,14 @@ std::string cpp_graph::to_json() const {
   json["constant_vec"] = listed(Json(std::vector<double>(constant_vec_.begin(), constant_vec_.end())));
   json["op_usage_vec"] = listed(uses);
   json["dependent_vec"] = listed(Json(std::vector<Size>(dependent_vec_.begin(), dependent_vec_.end())));
-  return json.dump(1) + "\n";
+  return detail::without_escapes(json.dump(1)) + "\n";
 }
 
 cpp_graph cpp_graph::from_json(const std::string& text) {
   static const std::map<std::string, graph_op_enum> ops = detail::ops_by_name();
   cpp_graph graph;
   try {
-    const Json json = Json::parse(text);
+    const Json json = Json::parse(detail::with_escapes(text));
     graph.function_name_ = json.at("function_name").get<std::string>();
     graph.n_dynamic_ind_ = json.at("n_dynamic_ind").get<Size>();
     graph.n_variable_ind_ = json.at("n_variable_ind").get<Size>();

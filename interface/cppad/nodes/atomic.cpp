@@ -155,11 +155,13 @@ std::vector<AD<Base>> atomic_by_name(const std::string& name, std::size_t call_i
 template <class Base>
 std::vector<AD<Base>> AtomicFunction<Base>::call(std::size_t call_id, const std::vector<AD<Base>>& x,
                                                  std::size_t m) {
-  AtomicAt<Base> at{alive_, name_, {call_id, m, vector<ad_type_enum>(x.size()), vector<Base>(x.size())}};
+  const vector<Base> none(x.size());
+  AtomicAt<Base> at{alive_, name_, {call_id, m, vector<ad_type_enum>(x.size()), none, none}};
   bool moves = false;
   for (std::size_t j = 0; j < x.size(); ++j) {
     at.call.types[j] = type_of(x[j]);
     at.call.values[j] = x[j].value();
+    at.call.parameters[j] = at.call.types[j] == variable_enum ? nan(Base(0)) : x[j].value();
     moves = moves || at.call.types[j] >= dynamic_enum;
   }
   const vector<Base> y = at.forward(0, at.call.values);

@@ -34,6 +34,7 @@ struct AtomicCall {
   std::size_t id = 0, n_out = 0;
   vector<ad_type_enum> types;  // of the arguments
   vector<Base> values;         // of the arguments
+  vector<Base> parameters;     // the same with NaN for variables
 
   std::size_t n_in() const { return types.size(); }
   vector<bool> all_in() const { return constant_bools(n_in(), true); }
@@ -248,18 +249,19 @@ class atomic_three : public detail::AtomicFunction<Base> {
   }
   DYNTAPE_ATOMIC_NUMBERS(Base, forward(values(tx, up), types_of(call), number_ad_type_enum, low, up, tx, ty),
                          reverse(values(tx, up), types_of(call), up, tx, ty, px, py))
-  DYNTAPE_ATOMIC_NUMBERS(AD<Base>, forward(values(tx, up), types_of(call), number_ad_type_enum, low, up, tx, ty),
+  DYNTAPE_ATOMIC_NUMBERS(AD<Base>,
+                         forward(values(tx, up), types_of(call), number_ad_type_enum, low, up, tx, ty),
                          reverse(values(tx, up), types_of(call), up, tx, ty, px, py))
   bool result_types(const Call& call, Types& types) override {
-    return for_type(call.values, types_of(call), types);
+    return for_type(call.parameters, types_of(call), types);
   }
   bool jacobian_entries(const Call& call, Sparsity& pattern) override {
-    return jac_sparsity(call.values, types_of(call), false, moving(call), call.all_out(), pattern);
+    return jac_sparsity(call.parameters, types_of(call), false, moving(call), call.all_out(), pattern);
   }
   bool hessian_entries(const Call& call, std::size_t i, Sparsity& pattern) override {
     vector<bool> only = Call::constant_bools(call.n_out, false);
     only[i] = true;
-    return hes_sparsity(call.values, types_of(call), moving(call), only, pattern);
+    return hes_sparsity(call.parameters, types_of(call), moving(call), only, pattern);
   }
 };
 

@@ -136,17 +136,18 @@ class atomic_base : public detail::AtomicFunction<Base> {
   bool jacobian_by(const Call& call, Sparsity& pattern) {
     const std::size_t n = call.n_in(), m = call.n_out;
     Set s = empty_rows<Set>(m, n), st = empty_rows<Set>(n, m);
-    if (for_sparse_jac(n, identity<Set>(n), s, call.values)) return give(s, m, n, false, pattern);
-    return rev_sparse_jac(m, identity<Set>(m), st, call.values) && give(st, n, m, true, pattern);
+    if (for_sparse_jac(n, identity<Set>(n), s, call.parameters)) return give(s, m, n, false, pattern);
+    return rev_sparse_jac(m, identity<Set>(m), st, call.parameters) && give(st, n, m, true, pattern);
   }
   template <class Set>
   bool hessian_by(const Call& call, const vector<bool>& s, Sparsity& pattern) {
     const std::size_t n = call.n_in();
     Set h = empty_rows<Set>(n, n);
     const vector<bool> vx = moving(call);
-    if (for_sparse_hes(vx, call.all_in(), s, h, call.values)) return give(h, n, n, false, pattern);
+    if (for_sparse_hes(vx, call.all_in(), s, h, call.parameters)) return give(h, n, n, false, pattern);
     vector<bool> t = Call::constant_bools(n, false);
-    return rev_sparse_hes(vx, s, t, n, identity<Set>(n), empty_rows<Set>(call.n_out, n), h, call.values) &&
+    return rev_sparse_hes(vx, s, t, n, identity<Set>(n), empty_rows<Set>(call.n_out, n), h,
+                          call.parameters) &&
            give(h, n, n, false, pattern);
   }
   using Sets = vector<std::set<std::size_t>>;

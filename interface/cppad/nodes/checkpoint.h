@@ -12,7 +12,7 @@
 
 #include <string>
 
-#include <dyntape/interface/cppad/nodes/atomic.h>
+#include <dyntape/interface/cppad/nodes/atomic_base.h>
 
 namespace CppAD::inline dyntape_names {
 
@@ -112,11 +112,11 @@ class chkpoint_two {
 template <class Base>
 class checkpoint : public chkpoint_two<Base> {
  public:
-  enum option_enum { pack_sparsity_enum, bool_sparsity_enum, set_sparsity_enum };
+  using option_enum = typename atomic_base<Base>::option_enum;
 
+  // What follows ay chooses in CppAD how patterns are found; here they are derived.
   template <class Algo, class ADVector>
-  checkpoint(const char* name, Algo& algo, const ADVector& ax, ADVector& ay, option_enum = pack_sparsity_enum,
-             bool = true)
+  checkpoint(const char* name, Algo& algo, const ADVector& ax, ADVector& ay, option_enum = {}, bool = true)
       : chkpoint_two<Base>(std::string(name)) {
     ADVector x = ax;
     for (std::size_t j = 0; j < std::size_t(x.size()); ++j) x[j] = Var2Par(x[j]);
@@ -125,6 +125,8 @@ class checkpoint : public chkpoint_two<Base> {
     this->f_.Dependent(x, ay);
     for (std::size_t i = 0; i < std::size_t(ay.size()); ++i) ay[i] = Var2Par(ay[i]);
   }
+  void option(option_enum) {}
+  static void clear() {}
 };
 template <class Base>
 using chkpoint_one = checkpoint<Base>;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cmath>
+#include <complex>
 
 #include <dyntape/interface/cppad/conditions.h>
 
@@ -25,11 +26,14 @@ bool NearEqual(const X& x, const Y& y, const R& r, const A& a) {
   return detail::near_equal(double(plain_value(x)), double(plain_value(y)), double(plain_value(r)),
                             double(plain_value(a)));
 }
-// Of std::complex.
-template <class Complex, class R, class A>
-requires requires(Complex z) { z.real(), z.imag(); }
-bool NearEqual(const Complex& x, const Complex& y, const R& r, const A& a) {
-  return detail::near_equal(x.real(), y.real(), r, a) && detail::near_equal(x.imag(), y.imag(), r, a);
+// Of std::complex, and of one beside a number.
+template <class X, class Y, class R, class A>
+requires(
+    requires(X z) { z.real(), z.imag(); } ||
+    requires(Y z) { z.real(), z.imag(); }) bool NearEqual(const X& x, const Y& y, const R& r, const A& a) {
+  using std::imag, std::real;
+  return detail::near_equal(double(real(x)), double(real(y)), double(r), double(a)) &&
+         detail::near_equal(double(imag(x)), double(imag(y)), double(r), double(a));
 }
 
 }  // namespace CppAD::inline dyntape_names
