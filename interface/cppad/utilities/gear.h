@@ -117,7 +117,8 @@ Vector OdeGearControl(Fun& F, std::size_t M, const Scalar& ti, const Scalar& tf,
     for (std::size_t i = 0; i < n; ++i) {
       const Scalar bound =
           (eabs[i] + erel * larger(maxabs[i], detail::size_of(X[m * n + i]))) * step / (tf - ti);
-      if (Scalar(0) < e[i]) ratio = smaller(ratio, bound / e[i]);
+      const Scalar rounding = Scalar(1e-14) * detail::size_of(X[m * n + i]);
+      if (rounding < e[i]) ratio = smaller(ratio, bound / e[i]);
     }
     const bool fits = !(ratio < Scalar(1));
     if (fits || step <= least) {
