@@ -29,14 +29,15 @@ namespace CppAD::inline dyntape_names {
 namespace graph {
 
 // As in CppAD: alphabetical.
-#define DYNTAPE_CPPAD_GRAPH_OPS(V)                                                                       \
-  V(abs, 1)                                                                                              \
-  V(acos, 1)                                                                                             \
-  V(acosh, 1) V(add, 2) V(asin, 1) V(asinh, 1) V(atan, 1) V(atanh, 1) V(atom4, 0) V(atom, 0) V(azmul, 2) \
-      V(cexp_eq, 4) V(cexp_le, 4) V(cexp_lt, 4) V(comp_eq, 0) V(comp_le, 0) V(comp_lt, 0) V(comp_ne, 0)  \
-          V(cos, 1) V(cosh, 1) V(discrete, 0) V(div, 2) V(erf, 1) V(erfc, 1) V(exp, 1) V(expm1, 1)       \
-              V(log1p, 1) V(log, 1) V(mul, 2) V(neg, 1) V(pow, 2) V(print, 0) V(sign, 1) V(sin, 1)       \
-                  V(sinh, 1) V(sqrt, 1) V(sub, 2) V(sum, 0) V(tan, 1) V(tanh, 1)
+// clang-format off
+#define DYNTAPE_CPPAD_GRAPH_OPS(V) \
+  V(abs, 1) V(acos, 1) V(acosh, 1) V(add, 2) V(asin, 1) V(asinh, 1) V(atan, 1) V(atanh, 1) \
+  V(atom4, 0) V(atom, 0) V(azmul, 2) V(cexp_eq, 4) V(cexp_le, 4) V(cexp_lt, 4) V(comp_eq, 0) \
+  V(comp_le, 0) V(comp_lt, 0) V(comp_ne, 0) V(cos, 1) V(cosh, 1) V(discrete, 0) V(div, 2) \
+  V(erf, 1) V(erfc, 1) V(exp, 1) V(expm1, 1) V(log1p, 1) V(log, 1) V(mul, 2) V(neg, 1) \
+  V(pow, 2) V(print, 0) V(sign, 1) V(sin, 1) V(sinh, 1) V(sqrt, 1) V(sub, 2) V(sum, 0) \
+  V(tan, 1) V(tanh, 1)
+// clang-format on
 
 #define DYNTAPE_CPPAD_GRAPH_OP(name, n_arg) name##_graph_op,
 enum graph_op_enum { DYNTAPE_CPPAD_GRAPH_OPS(DYNTAPE_CPPAD_GRAPH_OP) n_graph_op };
