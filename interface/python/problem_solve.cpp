@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A problem solved and verified, as Python has it.
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/solve/solve.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/report/player/player.h>
 
@@ -42,23 +44,29 @@ std::string words_of(const IterationRecord& now) {
          ", violation " + io::with_digits(now.primal_infeasibility, 2);
 }
 
-std::shared_ptr<ProblemSolution> solve(std::shared_ptr<PythonProblem> p, int intervals,
-                                       const std::string& scheme, const std::string& hessian,
-                                       const std::string& method, double tolerance, int max_iterations,
-                                       bool compile, nb::handle progress) {
-  OptimiseOptions options;
+// A mesh to begin with, where Python gives none: coarse, but finer than terms at instants need.
+constexpr int kFirstIntervals = 20;
+
+std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p, std::optional<int> intervals,
+                                               const std::string& scheme, const std::string& hessian,
+                                               const std::string& method, std::optional<bool> refine,
+                                               double tolerance, int max_iterations, bool compile,
+                                               nb::handle progress) {
+  SolveOptions options;
   options.mesh.scheme = scheme_by_name(scheme);
-  options.mesh.intervals = intervals;
+  options.mesh.intervals = intervals.value_or(options.mesh.scheme.spans_all ? 1 : kFirstIntervals);
   options.mesh.hessian = hessian_from(hessian);
   options.mesh.evaluation.route = compile ? Route::kTiered : Route::kInterpreter;
   options.solver.method = method_from(method);
   options.solver.tolerance = tolerance;
   options.solver.max_iterations = max_iterations;
+  const bool is_refined = refine.value_or(!intervals) && !options.mesh.scheme.spans_all;
+  if (!is_refined) options.refinements = 0, options.is_graded = false;
   Problem problem = p->problem;
   Solution solution = watched(progress, [&](const Watch& watch) {
     options.solver.stop = options.mesh.evaluation.stop = watch.stop;
     if (watch.tell) options.solver.watch = [&](const IterationRecord& now) { watch.tell(words_of(now)); };
-    return optimise(problem, options);
+    return solve(problem, options);
   });
   const StageSizes sizes = p->sizes();
   return std::shared_ptr<ProblemSolution>(
@@ -83,18 +91,18 @@ std::string page(const ProblemSolution& s) {
   return player_page(input);
 }
 
-std::string verdict(const ProblemSolution& s) {
-  const Solution& found = s.solution;
-  if (!found.converged()) return describe(found.nlp.status);
-  if (found.success()) return "solved, and verified";
-  const Verification& v = found.verification;
-  if (!is_feasible(v, found.demands))
-    return "solved, but " + v.worst_row + " is violated by " + io::with_digits(v.violation, 2);
-  if (!is_accurate(v, found.demands))
-    return v.trouble.empty() ? "solved, but an interval differs from its re-simulation by " +
-                                   io::with_digits(v.worst_relative, 2) + " of the motion; use more intervals"
-                             : "solved, but " + v.trouble;
-  return "solved, but its multipliers do not show it to be an optimum";
+std::string verdict(const ProblemSolution& s) { return s.solution.verdict(); }
+
+nb::list meshes(const ProblemSolution& s) {
+  nb::list rows;
+  for (const MeshRound& m : s.solution.meshes) {
+    nb::dict row;
+    row["intervals"] = m.intervals, row["iterations"] = m.iterations, row["cost"] = m.cost;
+    row["status"] = to_string(m.status), row["defect"] = m.relative_defect;
+    row["passed"] = m.passed, row["cost_error"] = m.cost_error, row["seconds"] = m.seconds;
+    rows.append(row);
+  }
+  return rows;
 }
 
 void bind_found(nb::class_<ProblemSolution>& type) {
@@ -111,7 +119,23 @@ void bind_found(nb::class_<ProblemSolution>& type) {
           "status", [](const S& s) { return to_string(s.solution.nlp.status); }, "How the solver ended.")
       .def_prop_ro("verdict", verdict, "One sentence.")
       .def_prop_ro(
-          "iterations", [](const S& s) { return s.solution.nlp.iterations(); }, "Of the solver.")
+          "iterations", [](const S& s) { return s.solution.iterations(); }, "Of the solver, on all meshes.")
+      .def_prop_ro(
+          "intervals", [](const S& s) { return s.solution.meshes.back().intervals; }, "Of the last mesh.")
+      .def_prop_ro(
+          "meshes", meshes, nb::sig("def meshes(self) -> list[dict]"),
+          "A dict a mesh, coarsest first: intervals, iterations, cost, status, defect, passed, cost_error, "
+          "seconds.")
+      .def_prop_ro(
+          "true_cost", [](const S& s) { return s.solution.verification.true_cost; },
+          "The costs integrated along the motion.")
+      .def_prop_ro(
+          "cost_change", [](const S& s) { return s.solution.cost_change; },
+          "How far the costs of the last two meshes differ, relative; NaN of one mesh.")
+      .def_prop_ro(
+          "passed", [](const S& s) { return s.solution.verification.passings.worst(); },
+          "Most that an inequality or a bound is passed between points, relative to how far the motion moves "
+          "there.")
       .def_prop_ro(
           "seconds", [](const S& s) { return s.solution.nlp.times.total; }, "Of the solver.")
       .def_prop_ro(
@@ -123,7 +147,7 @@ void bind_found(nb::class_<ProblemSolution>& type) {
       .def("__repr__", [](const S& s) {
         return "<dyntape.Solution of \"" + s.problem.name + "\": " + verdict(s) + ", cost " +
                io::with_digits(s.solution.cost(), 6) + ", " + std::to_string(s.solution.motion.points()) +
-               " points, " + std::to_string(s.solution.nlp.iterations()) + " iterations>";
+               " points, " + std::to_string(s.solution.iterations()) + " iterations>";
       });
 }
 
@@ -142,16 +166,20 @@ void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem)
   def_array(type, "v", "(points, nv).", [](const S& s) { return rows_of_state(s, s.nq, s.nv, "v"); });
   bind_found(type);
   problem.def(
-      "solve", solve, nb::arg("intervals") = 40, nb::kw_only(), nb::arg("scheme") = "hermite-simpson",
-      nb::arg("hessian") = "exact", nb::arg("method") = "ipopt", nb::arg("tolerance") = 1e-8,
-      nb::arg("max_iterations") = 3000, nb::arg("compile") = true, nb::arg("progress") = nb::none(),
+      "solve", solve_problem, nb::arg("intervals") = nb::none(), nb::kw_only(),
+      nb::arg("scheme") = "hermite-simpson", nb::arg("hessian") = "exact", nb::arg("method") = "ipopt",
+      nb::arg("refine") = nb::none(), nb::arg("tolerance") = 1e-8, nb::arg("max_iterations") = 3000,
+      nb::arg("compile") = true, nb::arg("progress") = nb::none(),
       nb::sig(
-          "def solve(self, intervals: int = 40, *, scheme: str = 'hermite-simpson', hessian: str = 'exact', "
-          "method: str = 'ipopt', tolerance: float = 1e-08, max_iterations: int = 3000, compile: bool = "
-          "True, "
+          "def solve(self, intervals: int | None = None, *, scheme: str = 'hermite-simpson', hessian: str = "
+          "'exact', method: str = 'ipopt', refine: bool | None = None, tolerance: float = 1e-08, "
+          "max_iterations: int = 3000, compile: bool = True, "
           "progress: Progress = None) -> Solution"),
       "Solves and verifies.\n\n"
-      "intervals: of the mesh.  scheme: euler, trapezoid, hermite-simpson, ...  hessian: \"exact\", "
+      "intervals: of the mesh; None: begins with a coarse mesh and refines it until the motion is true and "
+      "the cost "
+      "does not\nchange.  refine: whether to refine; None: if intervals is None.  scheme: euler, trapezoid, "
+      "hermite-simpson, ...  hessian: \"exact\", "
       "\"gauss_newton\" or\n"
       "\"limited_memory\".  method: \"ipopt\" or \"riccati\".  compile: machine code at once, compiled C "
       "when "

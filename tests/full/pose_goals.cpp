@@ -20,7 +20,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algebra/lie.h>
-#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/control/discretize/resampled.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
 #include <dyntape/interface/motion/of_kinematics.h>
 #include <dyntape/interface/run/solve/limits.h>

@@ -6,13 +6,13 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/discretize/resampled.h>
 #include <dyntape/interface/control/mpc/receding_horizon.h>
 #include <dyntape/interface/control/problem/penalties.h>
 #include <dyntape/interface/control/problem/phases.h>
 #include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
 #include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/control/solve/optimise.h>
-#include <dyntape/interface/control/solve/refine.h>
 #include "message_of.h"
 #include "ocp_problems.h"
 

@@ -7,7 +7,7 @@
 
 #include <cstring>
 
-#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/control/discretize/resampled.h>
 #include "ocp_problems.h"
 
 namespace dyntape::test {

@@ -56,7 +56,7 @@ TEST(MultipleShooting, HasTheOptimaOfDifferentialDynamicProgramming) {
         p.positions = 2;
         const DdpSolution d = solve_with_ddp(
             p, {.intervals = 60, .scheme = scheme, .tolerance = 1e-13, .evaluation = test::kInterpreted});
-        ASSERT_TRUE(d.success() || d.status == SolveStatus::kAcceptable) << to_string(d.status);
+        ASSERT_TRUE(d.converged() || d.status == SolveStatus::kAcceptable) << to_string(d.status);
         p.guess = [&d, &p](double t) {
           const long k = std::lround(t / p.duration * 60);
           return Stage<double>{t, d.x.col(k), {}, d.u.col(std::min(k, 59l))};

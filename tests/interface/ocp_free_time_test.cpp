@@ -5,10 +5,10 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/control/discretize/resampled.h>
 #include <dyntape/interface/control/problem/scaled_time.h>
 #include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/control/solve/optimise.h>
-#include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/motion/robot_problem.h>
 #include "../source_folder.h"
 #include "message_of.h"

@@ -60,7 +60,7 @@ INSTANTIATE_TEST_SUITE_P(Units, EveryKind,
 
 TEST_P(EveryKind, OptimumAndVerdictDoNotDependOnThem) {
   const Solution reference = solved({1, 1, 1}, GetParam());
-  ASSERT_TRUE(reference.success()) << describe(reference.nlp.status);
+  ASSERT_TRUE(reference.success()) << reference.verdict();
   const double cost = consistent_cost(reference, {1, 1, 1});
   for (double mass : {1e-6, 1.0, 1e6}) {
     for (double length : {1e-6, 1.0, 1e6}) {
@@ -191,7 +191,7 @@ TEST(Magnitudes, OfWhatStandsStillComeFromCostsAndBoundsAndPaths) {
   const MeshOptions mesh{.intervals = 20, .evaluation = test::kInterpreted};
   for (double length : {1e-9, 1e-6, 1e-3, 1.0, 1e6}) {
     const Solution track = optimise(tracked(length), {.mesh = mesh});
-    EXPECT_TRUE(track.success()) << length;
+    EXPECT_TRUE(track.success()) << length << track.verdict();
     EXPECT_NEAR(track.cost() / (length * length) / 0.226009119, 1, 1e-6) << length;
     const Solution over = optimise(over_hill(length), {.mesh = mesh});
     EXPECT_TRUE(over.success()) << length;
@@ -341,7 +341,7 @@ TEST(Rounds, EndAtTheOptimumFromAWildGuess) {
     for (double force : {1.0, 1e3, 1e5, 1e7}) {
       const Solution s = optimise(
           pushed_over(force), {.mesh = {.intervals = 20, .hessian = kind, .evaluation = test::kInterpreted}});
-      EXPECT_TRUE(s.success()) << force;
+      EXPECT_TRUE(s.success()) << force << s.verdict();
       EXPECT_NEAR(s.cost() / 140.746214, 1, 1e-6) << force;
       EXPECT_LT(s.kkt.stationarity, 1e-6) << force;
       EXPECT_LT(s.kkt.complementarity, 1e-6) << force;
@@ -365,7 +365,7 @@ TEST(Rounds, EndAtTheOptimumOfACostThatIsSteepAtTheGuess) {
       return stage;
     };
     const Solution s = optimise(p, {.mesh = {.intervals = 20, .evaluation = test::kInterpreted}});
-    EXPECT_TRUE(s.success()) << place;
+    EXPECT_TRUE(s.success()) << place << s.verdict();
     EXPECT_NEAR(s.cost() / 0.184337039, 1, 1e-6) << place;
   }
 }

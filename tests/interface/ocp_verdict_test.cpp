@@ -11,7 +11,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/control/discretize/resampled.h>
 #include <dyntape/interface/run/solve/solve.h>
 
 #include "../source_folder.h"

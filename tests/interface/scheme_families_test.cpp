@@ -6,9 +6,9 @@
 #include <Eigen/QR>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/discretize/resampled.h>
 #include <dyntape/interface/control/mpc/receding_horizon.h>
 #include <dyntape/interface/control/solve/optimise.h>
-#include <dyntape/interface/control/solve/refine.h>
 #include "known_problems.h"
 #include "message_of.h"
 

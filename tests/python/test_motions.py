@@ -383,3 +383,37 @@ def test_masses_are_identified(random):
     np.testing.assert_allclose(found.noise, 0.02, rtol=0.2)
     with pytest.raises(dyntape.ArgumentError, match=r"tau: expected an array of shape \(400, 2\)"):
         arm.identify(q, v, a, tau[1:])
+
+
+def test_a_problem_is_refined_unless_its_mesh_is_given():
+    p = dyntape.Problem("halves", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.add_squares("effort", lambda s: s.u)
+    p.start, p.goal = [0, 0], [1, 0]
+    p.add_equality("rest", lambda s: s.x[1], where=0.5)
+    s = p.solve()  # the control jumps at half time; 24 in each half
+    assert s.success and abs(s.cost - 48) < 0.05 and s.cost_change < 1e-4
+    assert len(s.meshes) > 1 and s.meshes[-1]["intervals"] == s.intervals
+    assert s.iterations == sum(mesh["iterations"] for mesh in s.meshes)
+    fixed = p.solve(40)
+    assert len(fixed.meshes) == 1 and fixed.intervals == 40 and np.isnan(fixed.cost_change)
+    assert len(p.solve(40, refine=True).meshes) > 1
+
+
+def test_what_is_passed_between_points_is_no_success():
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.add_effort(1)
+    p.start, p.goal = [0, 0], [1, 0]
+    p.bound_states([-5, -1.2], [5, 1.2])
+    coarse = p.solve(2)  # v goes up to 1.244 between its points
+    assert coarse.converged and not coarse.success and coarse.passed > 1e-3
+    assert "v is 1.24" in coarse.verdict and "between points" in coarse.verdict
+    fine = p.solve()
+    assert fine.success and fine.passed <= 1e-3
+
+
+def test_the_true_cost_is_told():
+    p = dyntape.Problem("pulse", ["x"], ["u"], 1, lambda s: [s.u[0]])
+    p.start = [0]
+    p.add_cost("f", lambda s: s.u[0] ** 2 + 1e4 * np.exp(-(((s.t - 0.512) / 0.002) ** 2)) * (s.x[0] - 1) ** 2)
+    s = p.solve(20)
+    assert s.converged and not s.success and abs(s.true_cost - 20 * np.sqrt(np.pi)) < 0.01

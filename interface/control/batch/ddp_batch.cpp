@@ -10,6 +10,7 @@
 #include <dyntape/codegen/run/threads.h>
 #include <dyntape/interface/control/batch/batch_cases.h>
 #include <dyntape/interface/control/discretize/shooting_steps.h>
+#include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/control/solve/ddp_course.h>
 #include <dyntape/interface/control/solve/ddp_sensitivities.h>
 #include <dyntape/interface/io/stopwatch.h>
@@ -180,7 +181,7 @@ void add_sensitivities(const LaneSetup& setup, int n_x, BatchCases cases, std::a
     const ChangesOfMotion none(setup.n_x, setup.n_u, setup.intervals, with_motion);
     for (int s = 0; s < int(lanes) && number(s) < cases.count(); ++s) {
       solutions[number(s)].sensitivities = sensitivities_of(S::kNotASolution, none, n_x);
-      if (!solutions[number(s)].success()) continue;
+      if (!solutions[number(s)].converged()) continue;
       cases.load_solution(*work, s, number(s), solutions[number(s)]);
       work->at(s) = {};
       solved.push_back(s);
@@ -283,7 +284,7 @@ std::vector<DdpSolution> DdpBatch::solve(const DdpBatchValues& values, const std
   codegen::run_tasks(threads, [&](std::size_t first) {
     for (std::size_t i = first; i < solutions.size(); i += threads) {
       DdpSolution& s = solutions[i];
-      if (s.success()) s.integration_error = error_of_steps(cases.problem(i), s.t, s.x, s.u, options.stop);
+      if (s.converged()) add_verification(cases.problem(i), s, options.stop);
     }
   });
   return solutions;

@@ -138,17 +138,20 @@ void ShootingSteps::curve(int k, const VectorXd& weights) {
     H(at.row[i], at.col[i]) = H(at.col[i], at.row[i]) = H_[Eigen::Index(i)];
 }
 
-double error_of_steps(const Problem& problem, const VectorXd& t, const MatrixXd& x, const MatrixXd& u,
-                      const std::stop_token& stop) {
-  double worst = 0;
-  for (Eigen::Index k = 0; k < u.cols(); ++k) {
-    if (stop.stop_requested()) return std::nan("");
-    const VectorXd held = u.col(k);
-    const Simulation run = simulate(problem, x.col(k), t[k], t[k + 1], [&](double) { return held; });
-    if (!run.x.allFinite()) return std::nan("");
-    worst = std::max(worst, (run.x - x.col(k + 1)).cwiseAbs().maxCoeff());
-  }
-  return worst;
+Trajectory held_motion(const Problem& problem, const VectorXd& t, const MatrixXd& x, const MatrixXd& u) {
+  // Two points an interval, and the control of the first: what a verification has to know of such a motion.
+  const Scheme held{"held", Eigen::Vector2d(0, 1), MatrixXd(0, 2), MatrixXd(0, 2), Eigen::Vector2d(1, 0), 4};
+  Trajectory motion{t, x, MatrixXd::Zero(problem.n_a(), t.size()), MatrixXd(problem.n_u(), t.size()), held};
+  motion.u << u, u.rightCols(1);
+  return motion;
+}
+
+Verification verify_steps(const Problem& problem, const Trajectory& motion, double cost,
+                          const std::stop_token& stop) {
+  Verification v = verify(problem, motion, {}, stop);
+  v.cost = cost;
+  v.cost_error = std::abs(v.true_cost - cost) / v.cost_size;
+  return v;
 }
 
 }  // namespace dyntape

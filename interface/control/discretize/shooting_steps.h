@@ -17,6 +17,7 @@
 #include <vector>
 
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/control/discretize/verify.h>
 #include <dyntape/interface/control/problem/problem.h>
 #include <dyntape/interface/control/riccati/riccati.h>
 
@@ -69,9 +70,11 @@ class ShootingSteps {
   std::vector<StageSlopes> before_;
 };
 
-// The largest entry of what steps of controls that are held, from x.col(k) at t[k] to x.col(k + 1), are off by, found by
-// integrating the problem's own rate (verify.h); NaN where that breaks down or is stopped.
-double error_of_steps(const Problem& problem, const Eigen::VectorXd& t, const Eigen::MatrixXd& x,
-                      const Eigen::MatrixXd& u, const std::stop_token& stop);
+// The motion of steps with controls held from node to node: x (n_x x N + 1), u (n_u x N).
+Trajectory held_motion(const Problem& problem, const Eigen::VectorXd& t, const Eigen::MatrixXd& x,
+                       const Eigen::MatrixXd& u);
+// verify() of it, with `cost` as the steps add it up.
+Verification verify_steps(const Problem& problem, const Trajectory& motion, double cost,
+                          const std::stop_token& stop = {});
 
 }  // namespace dyntape

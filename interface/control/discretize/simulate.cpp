@@ -18,6 +18,17 @@ constexpr int kLeastSteps = 16;  // however smooth a motion looks: long steps lo
 constexpr double kMostGrowth = 6, kMostShrinking = 1.0 / 3, kSafety = 0.9;  // of the step
 
 using Rate = std::function<VectorXd(double t, const VectorXd& x)>;
+
+// Of a step's error.  A cost, where there is one, is the last entry of x.
+struct Tolerance {
+  double of_states;  // relative to 1 + |x|
+  const RunningCost* cost;
+  Eigen::ArrayXd allowed(const Eigen::ArrayXd& sizes) const {
+    Eigen::ArrayXd all = of_states * (1 + sizes);
+    if (cost) all[all.size() - 1] = cost->tolerance;
+    return all;
+  }
+};
 using Slopes = Eigen::Matrix<double, Eigen::Dynamic, kStages>;
 
 Eigen::Map<const Eigen::Matrix<double, kStages, 1>> weights(const dormand_prince::Row& row) {
@@ -30,14 +41,15 @@ struct Step {
 };
 
 // A step of length h from x, where the rate is `slope`.
-Step step(const Rate& rate, double t, const VectorXd& x, const VectorXd& slope, double h, double tolerance) {
+Step step(const Rate& rate, double t, const VectorXd& x, const VectorXd& slope, double h,
+          const Tolerance& tolerance) {
   Slopes k = Slopes::Zero(x.size(), kStages);
   k.col(0) = slope;
   for (int i = 1; i < kStages; ++i) {
     k.col(i) = rate(t + dormand_prince::c[i] * h, x + h * (k * weights(dormand_prince::a[i])));
   }
   const VectorXd end = x + h * (k * weights(dormand_prince::b));
-  const Eigen::ArrayXd allowed = tolerance * (1 + x.array().abs().max(end.array().abs()));
+  const Eigen::ArrayXd allowed = tolerance.allowed(x.array().abs().max(end.array().abs()));
   const auto squared = [&](const dormand_prince::Row& row) {
     return ((k * weights(row)).array() / allowed).square().sum() / double(x.size());
   };
@@ -48,9 +60,9 @@ Step step(const Rate& rate, double t, const VectorXd& x, const VectorXd& slope, 
 
 // A first step that neither x nor its slope outgrow; of those authors, section II.4.
 double first_step(const Rate& rate, double t, const VectorXd& x, const VectorXd& slope, double most,
-                  double tolerance) {
+                  const Tolerance& tolerance) {
   const auto norm = [&](const VectorXd& v) {
-    return std::sqrt((v.array() / (tolerance * (1 + x.array().abs()))).square().mean());
+    return std::sqrt((v.array() / tolerance.allowed(x.array().abs())).square().mean());
   };
   const double size = norm(x), speed = norm(slope);
   const bool known = size > 1e-5 && speed > 1e-5;
@@ -71,7 +83,9 @@ std::string at(double t) { return " at t = " + io::shortest(t) + " s"; }
 std::string not_finite(const Problem& problem, const VectorXd& values, const char* what, double t) {
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     if (std::isfinite(values[i])) continue;
-    return what + ("\"" + problem.states[std::size_t(i)]) + "\" is " + io::shortest(values[i]) + at(t);
+    const bool is_cost = i == problem.n_x();
+    return (is_cost ? "the running cost is " : what + ("\"" + problem.states[std::size_t(i)]) + "\" is ") +
+           io::shortest(values[i]) + at(t);
   }
   return "";
 }
@@ -86,15 +100,25 @@ VectorXd rate_of(const Problem& problem, double t, const VectorXd& x, const Vect
 }  // namespace
 
 Simulation simulate(const Problem& problem, VectorXd x, double from, double to,
-                    const std::function<VectorXd(double t)>& control, double tolerance) {
-  const Rate rate = [&](double t, const VectorXd& at) { return rate_of(problem, t, at, control(t)); };
+                    const std::function<VectorXd(double t)>& control, double of_states,
+                    const RunningCost* cost) {
+  const Tolerance tolerance{of_states, cost};
+  const Eigen::Index n = x.size();
+  const Rate rate = [&](double t, const VectorXd& at) {
+    const VectorXd u = control(t);
+    if (!cost) return rate_of(problem, t, at, u);
+    VectorXd all(n + 1);
+    all << rate_of(problem, t, at.head(n), u), cost->rate(t, at.head(n), u);
+    return all;
+  };
   const auto broken = [&](std::string trouble) {
-    return Simulation{VectorXd::Constant(x.size(), std::nan("")), std::move(trouble)};
+    return Simulation{VectorXd::Constant(n, std::nan("")), std::move(trouble), std::nan("")};
   };
   for (double time : {from, to}) {
     if (!std::isfinite(time)) return broken("an end is" + at(time));
   }
   if (std::string bad = not_finite(problem, x, "", from); !bad.empty()) return broken(bad);
+  if (cost) x.conservativeResize(n + 1), x[n] = 0;
   const double smallest = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(to));
   const double most = std::max((to - from) / kLeastSteps, 2 * smallest);
   double t = from, h = 0;
@@ -116,7 +140,7 @@ Simulation simulate(const Problem& problem, VectorXd x, double from, double to,
     }
     h = std::min(h * growth(next.error), most);
   }
-  return {std::move(x), ""};
+  return {x.head(n), "", cost ? x[n] : 0};
 }
 
 }  // namespace dyntape

@@ -11,8 +11,13 @@ namespace dyntape {
 
 namespace {
 
-constexpr double kStill = 0.01;   // of its magnitude: what moves less stands still
-constexpr double kOfKind = 1e-4;  // of the largest of its kind, likewise
+constexpr double kStill = 0.01;  // of its magnitude: what moves less stands still
+constexpr double kNothing = 1e-9,
+                 kFarAbove = 1e3;  // a motion in whose own units nothing is more says nothing of sizes
+constexpr double kOfKind = 1e-4;   // of the largest of its kind, likewise
+constexpr double kTolerance = 1e-12,
+                 kCostTolerance = 1e-9;  // of simulations, of the cost relative to its size
+constexpr double kNoCost = 1e-6;  // of the nominal cost: errors of a cost that vanishes are measured by this
 
 // "q." of "q.elbow"; of a name without a dot all of it.
 std::string kind_of_state(const std::string& state) { return state.substr(0, state.find('.')); }
@@ -164,10 +169,15 @@ class Audit {
     }
   }
 
+  static double cost_of(const Term& term, const Eigen::VectorXd& r) {
+    return term.role == Role::kCost ? r[0] : term.role == Role::kSquares ? r.squaredNorm() : 0;
+  }
+
   void add_term(const Term& term, const Stage<double>& s, double weight, const std::string& where) {
     const Eigen::VectorXd r = term.function(s);
-    if (term.role == Role::kCost) result_.cost += weight * r[0];
-    if (term.role == Role::kSquares) result_.cost += weight * r.squaredNorm();
+    const double cost = weight * cost_of(term, r);
+    result_.cost += cost, magnitude_ += std::abs(cost);
+    if (term.where != Where::kRunning) of_instants_ += cost;
     for (Eigen::Index i = 0; i < r.size(); ++i) {
       if (term.role == Role::kEquality) note_row(r[i], 0, 0, where);
       if (term.role == Role::kInequality) note_row(r[i], term.lower[i], term.upper[i], where);
@@ -177,6 +187,7 @@ class Audit {
   void check_path() {
     const Scheme& scheme = motion_.scheme;
     Eigen::VectorXd quadrature = Eigen::VectorXd::Zero(motion_.points());
+    running_ = Eigen::VectorXd::Zero(motion_.points());
     for (int k = 0; k < motion_.intervals(); ++k) {
       const double h = motion_.t[motion_.node(k + 1)] - motion_.t[motion_.node(k)];
       quadrature.segment(motion_.node(k), scheme.points()) += h * scheme.gamma;
@@ -188,7 +199,9 @@ class Audit {
         for (double r : problem_.residual(s)) note_row(r, 0, 0, at("dynamics", p));
       }
       for (const Term& term : taken_.terms) {
-        if (term.where == Where::kRunning) add_term(term, s, quadrature[p], at(term.name, p));
+        if (term.where != Where::kRunning) continue;
+        add_term(term, s, quadrature[p], at(term.name, p));
+        if (!is_constraint(term.role)) running_[p] += cost_of(term, term.function(s));
       }
     }
   }
@@ -205,18 +218,21 @@ class Audit {
     }
   }
 
-  Simulation simulate_interval(int k, const Eigen::VectorXd& from) const {
+  Simulation simulate_interval(int k, const Eigen::VectorXd& from, const RunningCost* cost) const {
     const double begin = motion_.t[motion_.node(k)], end = motion_.t[motion_.node(k + 1)];
     // A control that is no number ends a simulation at once.
-    return simulate(problem_, from, begin, end, [&](double t) {
-      Eigen::VectorXd u = motion_.control(k, (t - begin) / (end - begin));
-      if (stop_.stop_requested()) u.setConstant(std::nan(""));
-      return u;
-    });
+    return simulate(
+        problem_, from, begin, end,
+        [&](double t) {
+          Eigen::VectorXd u = motion_.control(k, (t - begin) / (end - begin));
+          if (stop_.stop_requested()) u.setConstant(std::nan(""));
+          return u;
+        },
+        kTolerance, cost);
   }
 
-  Simulation until_stopped(int k, const Eigen::VectorXd& from) const {
-    Simulation end = stop_.stop_requested() ? Simulation{} : simulate_interval(k, from);
+  Simulation until_stopped(int k, const Eigen::VectorXd& from, const RunningCost* cost = nullptr) const {
+    Simulation end = stop_.stop_requested() ? Simulation{} : simulate_interval(k, from, cost);
     if (!stop_.stop_requested()) return end;
     return {Eigen::VectorXd::Constant(from.size(), std::nan("")), "the simulation was told to stop"};
   }
@@ -233,12 +249,48 @@ class Audit {
     result_.worst_state_defect = defect[state];
   }
 
+  // What the scheme makes of the running costs of an interval.
+  double quadrature_of(int k) const {
+    const double h = motion_.t[motion_.node(k + 1)] - motion_.t[motion_.node(k)];
+    return h * running_.segment(motion_.node(k), motion_.scheme.points()).dot(motion_.scheme.gamma);
+  }
+
+  // The running costs of the problem, with the accelerations of the motion.
+  RunningCost running_cost(int k) const {
+    const double begin = motion_.t[motion_.node(k)], end = motion_.t[motion_.node(k + 1)];
+    return {[this, k, begin, end](double t, const Eigen::VectorXd& x, const Eigen::VectorXd& u) {
+              const Stage<double> s =
+                  problem_.stage(t, x, motion_.acceleration(k, (t - begin) / (end - begin)), u);
+              double sum = 0;
+              for (const Term& term : problem_.terms)
+                if (term.where == Where::kRunning && !is_constraint(term.role))
+                  sum += cost_of(term, term.function(s));
+              return sum;
+            },
+            kCostTolerance * size_of_cost()};
+  }
+  bool has_running_cost() const {
+    return std::any_of(problem_.terms.begin(), problem_.terms.end(), [](const Term& term) {
+      return term.where == Where::kRunning && !is_constraint(term.role);
+    });
+  }
+
+  // What the error of the cost is measured by.  Of a cost that vanishes the program's nominal value says what is little.
+  double size_of_cost() const {
+    return std::max({magnitude_, kNoCost * std::abs(units_.objective), std::numeric_limits<double>::min()});
+  }
+
   void simulate_intervals() {
     result_.integration_error.resize(motion_.intervals());
     result_.relative_defect.resize(motion_.intervals());
+    result_.cost_errors.setZero(motion_.intervals());
+    const bool has_cost = has_running_cost();
+    double true_cost = of_instants_;
     const Eigen::VectorXd extents = extents_of(problem_, motion_, units_);
     for (int k = 0; k < motion_.intervals(); ++k) {
-      const Simulation end = until_stopped(k, motion_.x.col(motion_.node(k)));
+      const RunningCost cost = running_cost(k);
+      const Simulation end = until_stopped(k, motion_.x.col(motion_.node(k)), has_cost ? &cost : nullptr);
+      if (has_cost) true_cost += end.cost, result_.cost_errors[k] = end.cost - quadrature_of(k);
       result_.integration_error[k] = distance(end.x, motion_.node(k + 1));
       note_defect(k, (end.x - motion_.x.col(motion_.node(k + 1))).cwiseAbs(), extents);
       if (result_.trouble.empty() && !end.trouble.empty()) {
@@ -246,6 +298,11 @@ class Audit {
       }
     }
     result_.worst_defect = result_.integration_error.maxCoeff<Eigen::PropagateNaN>();
+    result_.true_cost = true_cost;
+    const double size = std::max(size_of_cost(), std::abs(true_cost));
+    result_.cost_size = size, result_.cost_errors /= size;
+    result_.cost_error = std::abs(result_.cost_errors.sum());
+    if (result_.trouble.empty()) result_.passings = find_passings(problem_, motion_, extents);
   }
 
   void simulate_whole() {
@@ -267,13 +324,16 @@ class Audit {
   const std::stop_token& stop_;
   const Problem taken_;  // by the scheme
   const Eigen::VectorXd least_units_;
-  std::size_t row_ = 0;  // of the program, the next to be noted
+  std::size_t row_ = 0;                     // of the program, the next to be noted
+  Eigen::VectorXd running_;                 // (points) the running costs
+  double magnitude_ = 0, of_instants_ = 0;  // of all costs; the costs of instants
   Verification result_;
 };
 
 }  // namespace
 
 Eigen::VectorXd extents_of(const Problem& problem, const Trajectory& motion, const NlpScaling& scaling) {
+  const double largest_x = motion.x.size() > 0 ? motion.x.cwiseAbs().maxCoeff() : 0;
   Eigen::VectorXd extents = motion.x.rowwise().maxCoeff() - motion.x.rowwise().minCoeff();
   std::map<std::string, double> largest;  // of a kind
   for (Eigen::Index i = 0; i < extents.size(); ++i) {
@@ -283,7 +343,9 @@ Eigen::VectorXd extents_of(const Problem& problem, const Trajectory& motion, con
   for (Eigen::Index i = 0; i < extents.size(); ++i) {
     const double of_kind = largest[kind_of_state(problem.states[std::size_t(i)])];
     const double unit = std::size_t(i) < scaling.x.size() ? scaling.x[std::size_t(i)] : 1;
-    extents[i] = std::max({extents[i], kStill * unit, kOfKind * of_kind});
+    // A nominal value far above all numbers of the motion says nothing of it.
+    const double size = largest_x > kNothing ? std::min(unit, kFarAbove * largest_x) : unit;
+    extents[i] = std::max({extents[i], kStill * size, kOfKind * of_kind});
   }
   return extents;
 }

@@ -9,6 +9,8 @@
 //   v.worst_defect         true defect: what the scheme cannot know about itself
 //   v.worst_relative       the same, measured by how far the motion moves each state, and worst_interval, worst_state
 //   v.miss                 open-loop error: how far the controls alone lead from the motion's last state
+//   v.cost_error           true cost of the motion against the scheme's quadrature, of the sum of all costs' magnitudes
+//   v.passings             inequalities and bounds that hold at points and are passed between them (passings.h)
 //
 // True defect of an interval: x' = ode(t, x, u(t)) is integrated from the motion's state at its first node by
 // a method of order 8 (dormand_prince.h; tolerance 1e-12), the control interpolated as the scheme says, and
@@ -18,8 +20,9 @@
 // than about a hundredth of it; a shorter one may be stepped over.  The tolerance is relative to 1 + |x| of each state.
 //
 // Relative defects have no unit: each state is divided by its extent, the largest less the smallest value that the
-// motion gives it, or by a hundredth of its magnitude in the program, if that is more: of a joint that is held still a
-// millionth of a radian is no large part of anything.  Or by 1e-4 of the largest extent of its kind, if that is more still:
+// motion gives it, or by a hundredth of its magnitude, if that is more: of a joint that is held still a millionth of a radian is
+// no large part of anything.  The magnitude is the nominal value in the program, but no more than a
+// thousand times the largest number in the motion.  Or by 1e-4 of the largest extent of its kind, if that is more still:
 // of a kind are states whose names begin alike up to a dot, as a robot's q.* and v.*; names without a dot are each a kind.  So
 // a joint that only rounding moves, or that moves by micrometres beside others that move by centimetres because a robot is
 // nearly symmetric, is measured as they are.  Where 1e-3 is allowed an error of 1e-7 of the largest movement passes, and no
@@ -33,6 +36,7 @@
 
 #include <stop_token>
 
+#include <dyntape/interface/control/discretize/passings.h>
 #include <dyntape/interface/control/discretize/trajectory.h>
 #include <dyntape/interface/control/nlp/nlp.h>
 #include <dyntape/interface/control/problem/problem.h>
@@ -41,8 +45,14 @@ namespace dyntape {
 
 struct Verification {
   double violation = 0;
-  std::string worst_row = {};         // what is violated most
-  double cost = 0;                    // the scheme's quadrature of the costs
+  std::string worst_row = {};  // what is violated most
+  double cost = 0;             // the scheme's quadrature of the costs
+  // The running costs integrated along the simulated intervals, by the same adaptive steps, and the costs of instants.
+  double true_cost = 0;
+  double cost_size = 0;              // sum of the magnitudes of all costs
+  double cost_error = 0;             // |true_cost - cost| over that
+  Eigen::VectorXd cost_errors = {};  // (intervals) part of each
+  Passings passings = {};
   Eigen::VectorXd integration_error;  // (intervals); NaN where the simulation breaks down
   double worst_defect = 0;
   Eigen::VectorXd relative_defect;  // (intervals) the same of the motion's extents
@@ -68,8 +78,15 @@ Eigen::VectorXd extents_of(const Problem& problem, const Trajectory& motion, con
 struct Simulation {
   Eigen::VectorXd x;    // NaN, all of it, where the simulation breaks down
   std::string trouble;  // why it did: "the rate of "v" is nan at t = 0.75 s"
+  double cost = 0;      // the integral of a running cost
+};
+// A running cost, integrated with the states to an error of about `tolerance` a step, in the unit of the cost.
+struct RunningCost {
+  std::function<double(double t, const Eigen::VectorXd& x, const Eigen::VectorXd& u)> rate;
+  double tolerance;
 };
 Simulation simulate(const Problem& problem, Eigen::VectorXd x, double from, double to,
-                    const std::function<Eigen::VectorXd(double t)>& control, double tolerance = 1e-12);
+                    const std::function<Eigen::VectorXd(double t)>& control, double tolerance = 1e-12,
+                    const RunningCost* cost = nullptr);
 
 }  // namespace dyntape

@@ -55,7 +55,8 @@ NlpSolution solve_by(NlpMethod method, Nlp& problem, const std::vector<double>& 
 
 NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const SolverOptions& options) {
   NlpSolution solution = solve_by(options.method, problem, start, options);
-  if (!is_stuck(solution.status) || !options.try_other_method) return solution;
+  const bool is_stalled = solution.status == SolveStatus::kAcceptable;
+  if ((!is_stuck(solution.status) && !is_stalled) || !options.try_other_method) return solution;
   if (options.limited_memory || problem.shape().hessian_kind == HessianKind::kLimitedMemory) return solution;
   const NlpMethod other = options.method == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt;
   // Whether it is solved; iterations and times count in any case.
@@ -75,6 +76,10 @@ NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const Solv
     }
     return false;
   };
+  if (is_stalled) {  // the other method goes on from there
+    try_by(other, std::vector<double>(solution.x));
+    return solution;
+  }
   if (!try_by(other, start) && solution.status == SolveStatus::kLocallyInfeasible)
     try_by(options.method, bent(problem, start, solution.units));
   return solution;

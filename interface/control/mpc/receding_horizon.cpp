@@ -9,7 +9,8 @@
 #include <mutex>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/control/discretize/resampled.h>
+#include <dyntape/interface/control/riccati/second_order.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
 
@@ -192,6 +193,20 @@ void RecedingHorizon::plan_from(const std::vector<double>& start, double t, From
   step_.usable = is_solved && step_.plan.motion.u.allFinite();
 }
 
+// Whether the plan is a minimum, after another solve where it was none.
+bool RecedingHorizon::leave_saddle(double t) {
+  const auto is_minimum = [&] {
+    return check_second_order(*scaled_, last_).order != StationaryPoint::kNotMinimum;
+  };
+  if (step_.status != SolveStatus::kSolved || is_minimum()) return true;
+  const double before = step_.cost;
+  const NlpSolution found = solve_with_riccati(program_, program_.start(), options_.solver);
+  step_.iterations += found.iterations();
+  if (!(found.objective < before)) return false;
+  plan_from(scaled_->in_scaled_units(found.x), t, From::kPoint);
+  return step_.status != SolveStatus::kSolved || is_minimum();
+}
+
 // How the first control changes with the first state.
 void RecedingHorizon::add_gain() {
   Plan& plan = step_.plan;
@@ -264,6 +279,8 @@ const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
   const std::vector<double> moved_plan = scaled_->in_scaled_units(start);
   if (!has_plan_) {
     plan_from(moved_plan, t, From::kPoint);
+    step_.is_minimum = leave_saddle(t);
+    if (!step_.is_minimum) step_.status = SolveStatus::kAcceptable;
   } else {
     plan_again(start, moved_plan, t, x);
   }

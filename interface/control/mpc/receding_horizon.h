@@ -22,6 +22,9 @@
 // that of the problem and not of where the search began.  Measured on a cart-pole, a seven-joint arm and a robot as one mass: up to
 // kFar going on takes 2 to 16 iterations and a new barrier 4 to 21; beyond, where limits are reached, 21 to 61 and 17 to 33.
 //
+// The first plan is checked to the second order (second_order.h), with differences of slopes where Hessians are Gauss-Newton's: on top of a
+// hill every slope is zero.  A plan that is no minimum is left; if that fails, it is not called solved.
+//
 // What terms read as s.t is time within the horizon, from 0.  Parameters that are functions of time are asked at the plant's
 // time: a reference r(t) is followed as it is.  They change in place through values().  The problem's guess is asked once for each time of
 // the mesh and remembered; one that is set through values() is asked in every step.
@@ -98,6 +101,7 @@ struct Plan {
 struct MpcStep {
   Plan plan;
   bool usable = false;
+  bool is_minimum = true;  // of the first plan; later ones go on from it
   SolveStatus status = SolveStatus::kSolverError;
   int iterations = 0;
   double cost = 0, violation = 0;  // relative to nominal values
@@ -127,6 +131,7 @@ class RecedingHorizon {
   void plan_from(const std::vector<double>& start, double t, From from);
   void plan_again(const std::vector<double>& start, const std::vector<double>& moved_plan, double t,
                   const Eigen::VectorXd& x);
+  bool leave_saddle(double t);
   void add_gain();
 
   MpcOptions options_;

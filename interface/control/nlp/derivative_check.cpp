@@ -29,7 +29,10 @@ constexpr double kTolerance = 1e-6;          // of |given - difference| / max(1,
 constexpr std::size_t kMostMismatches = 20;  // that are named
 constexpr std::size_t kMostEntries = 64;     // in a row of a Hessian that is checked column by column
 constexpr std::size_t kDirections = 16;      // in which others are checked
-constexpr unsigned kPoints = 3;  // at which an entry has to mismatch: a wrong one is wrong everywhere
+// Differences with steps that are shorter by 16 each, where longer ones disagree: far from the origin functions bend on a small scale.
+constexpr int kAttempts = 7;
+constexpr double kLongest = 3e7;  // over the shortest step
+constexpr unsigned kPoints = 3;   // at which an entry has to mismatch: a wrong one is wrong everywhere
 
 std::size_t most_entries_of_row(const Pattern& pattern) {
   std::vector<std::size_t> entries(pattern.rows, 0);
@@ -175,7 +178,7 @@ class Checker {
         expected[pattern.row[k]] = given[k];
         column[pattern.row[k]] = pattern.col[k];
       }
-      for (int attempt = 0; attempt < 3 && !agrees(expected, best, terms); ++attempt) {
+      for (int attempt = 0; attempt < kAttempts && !agrees(expected, best, terms); ++attempt) {
         Vector found = difference(f, x_, direction, pattern.rows);
         for (std::size_t i = 0; i < pattern.rows; ++i) {
           found[i] /= column[i] == kNoColumn ? kRelativeStep : direction[column[i]];
@@ -214,7 +217,8 @@ class Checker {
     for (std::size_t k = 0; k < kDirections; ++k) {
       Vector direction = random_direction();
       double least = HUGE_VAL;
-      for (double step = kRelativeStep; step > kRelativeStep / 300 && !(least <= kTolerance); step /= 16) {
+      for (double step = kRelativeStep; step > kRelativeStep / kLongest && !(least <= kTolerance);
+           step /= 16) {
         least = std::fmin(least, error_along(pattern, given, f, terms, direction, step));
         for (double& d : direction) d /= 16;
       }
@@ -286,7 +290,7 @@ class Checker {
         Vector single(n, 0.0);
         single[j] = step_of(x_[j]);
         double slope = difference(f, x_, single, 1)[0] / single[j];
-        for (int attempt = 1; attempt < 3 && !agrees({gradient[j]}, {slope}, terms); ++attempt) {
+        for (int attempt = 1; attempt < kAttempts && !agrees({gradient[j]}, {slope}, terms); ++attempt) {
           single[j] /= 16;
           slope = difference(f, x_, single, 1)[0] / single[j];
         }

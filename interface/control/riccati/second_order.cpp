@@ -18,7 +18,9 @@ using Eigen::VectorXd;
 constexpr std::size_t kMostOfStage = 500;  // variables: factors are dense
 constexpr double kLeastCurvature = 1e-7;   // of the largest entry of W: curvature that says nothing
 constexpr double kCurved = 1e-6;           // of what d . W d is summed up from: negative beyond rounding
-constexpr double kLeastDistance = 1e-12;   // from a bound, of max(1, |bound|)
+constexpr double kFlat = 1e-6;  // of the largest entry of W, and of 1: a curvature that may be the barrier's
+constexpr std::size_t kMostFlat = 24;     // directions
+constexpr double kLeastDistance = 1e-12;  // from a bound, of max(1, |bound|)
 constexpr double kMostRaised = 1e12;
 constexpr int kBisections = 8, kInverseIterations = 12;
 
@@ -119,7 +121,7 @@ class ReducedHessian {
 
   CurvatureCheck judge() {
     if (!set()) return {};
-    if (is_positive(flat())) return {StationaryPoint::kMinimum, {}};
+    if (is_positive(flat())) return {StationaryPoint::kMinimum, {}, flat_directions()};
     const std::optional<VectorXd> d = negative_direction();
     if (!d) return {};
     return {StationaryPoint::kNotMinimum, {d->begin(), d->end()}};
@@ -170,6 +172,47 @@ class ReducedHessian {
     }
     if (!is_negative(right.x)) return {};
     return right.x;
+  }
+
+  // One for each variable of a stage: what the same change of it in all stages becomes, where rows allow it.
+  std::vector<std::vector<double>> flat_directions() {
+    std::vector<std::vector<double>> found;
+    if (curved_.diagonal.elastic > 0) return found;
+    const double shift = kFlat * std::max(largest_, 1.0);
+    if (is_positive(-shift) || !is_positive(shift)) return found;
+    const std::size_t most = std::min(largest_stage(shape_), kMostFlat);
+    KktVector right, step;
+    for (KktVector* v : {&right, &step}) {
+      v->x.setZero(Eigen::Index(shape_.n()));
+      v->s.setZero(Eigen::Index(shape_.m())), v->c.setZero(Eigen::Index(shape_.m()));
+    }
+    for (std::size_t local = 0; local < most; ++local) {
+      right.x.setZero();
+      for (std::size_t k = 0; k < std::max<std::size_t>(shape_.stages.size(), 1); ++k) {
+        const std::size_t begin = shape_.stages.empty() ? 0 : shape_.stages[k];
+        const std::size_t end = k + 1 < shape_.stages.size() ? shape_.stages[k + 1] : shape_.n();
+        if (begin + local < end) right.x[Eigen::Index(begin + local)] = 1;
+      }
+      for (int i = 0; i < 2; ++i) {
+        kkt_.solve(right, step);
+        const double size = step.x.cwiseAbs().maxCoeff();
+        if (!(size > 0) || !step.x.allFinite()) break;
+        right.x = step.x / size;
+      }
+      const double curvature = curvature_along(right.x);
+      if (std::isfinite(curvature) && curvature <= 10 * shift * right.x.squaredNorm())
+        found.emplace_back(right.x.begin(), right.x.end());
+    }
+    return found;
+  }
+
+  double curvature_along(const VectorXd& d) const {
+    double curvature = curved_.diagonal.sigma_x.dot(d.cwiseAbs2());
+    for (std::size_t e = 0; e < hessian_.size(); ++e) {
+      const auto row = shape_.hessian.row[e], col = shape_.hessian.col[e];
+      curvature += (row == col ? 1 : 2) * hessian_[e] * d[row] * d[col];
+    }
+    return curvature;
   }
 
   // d . (W + Sigma) d < 0 beyond rounding, along rows that do not change; or with what elastic rows add.
@@ -235,10 +278,13 @@ CurvatureCheck judge(Nlp& problem, const std::vector<double>& x, Curved curved) 
       diagonal.sigma_x[Eigen::Index(carried.place_of(i))] = curved.diagonal.sigma_x[Eigen::Index(i)];
     curved.diagonal = std::move(diagonal);
     CurvatureCheck check = ReducedHessian(carried, carried.start(x), std::move(curved)).judge();
-    if (check.direction.empty()) return check;
-    std::vector<double> own(shape.n());
-    for (std::size_t i = 0; i < own.size(); ++i) own[i] = check.direction[carried.place_of(i)];
-    check.direction = std::move(own);
+    const auto own = [&](const std::vector<double>& direction) {
+      std::vector<double> of_problem(direction.empty() ? 0 : shape.n());
+      for (std::size_t i = 0; i < of_problem.size(); ++i) of_problem[i] = direction[carried.place_of(i)];
+      return of_problem;
+    };
+    check.direction = own(check.direction);
+    for (std::vector<double>& direction : check.flat) direction = own(direction);
     return check;
   } catch (const ArgumentError&) {  // rows that tie more than neighbours
     return {};
@@ -259,6 +305,42 @@ CurvatureCheck check_second_order(Nlp& problem, const NlpSolution& at) {
     diagonal.sigma_s[Eigen::Index(j)] = barrier_curvature(at.lambda[j], at.g[j], shape.g_upper[j]) +
                                         barrier_curvature(-at.lambda[j], at.g[j], shape.g_lower[j]);
   return judge(problem, at.x, {1, at.lambda, std::move(diagonal)});
+}
+
+std::vector<double> falls_along(Nlp& problem, const NlpSolution& at,
+                                const std::vector<std::vector<double>>& flat) {
+  constexpr double kNear = 0.05, kFar = 0.1;  // lengths
+  constexpr double kLeastFall = 1e-10;        // of the sum of all magnitudes
+  constexpr double kHigherOrder =
+      5;  // falls of order two or one grow by four or two from one length to the other
+  const NlpShape& shape = problem.shape();
+  std::vector<double> g(shape.m()), x, all;
+  double size = 0;
+  const auto lagrangian = [&](const std::vector<double>& d, double length) {
+    x = at.x;
+    for (std::size_t i = 0; i < d.size(); ++i)
+      x[i] = std::clamp(x[i] + length * d[i], shape.x_lower[i], shape.x_upper[i]);
+    double value = 0;
+    if (!problem.objective(x.data(), value) || !problem.constraints(x.data(), g.data())) return std::nan("");
+    size = std::abs(value);
+    for (std::size_t j = 0; j < g.size(); ++j) {
+      const double term = at.lambda[j] == 0 ? 0 : at.lambda[j] * (g[j] - at.g[j]);
+      value += term, size += std::abs(term);
+    }
+    return value;
+  };
+  for (const std::vector<double>& d : flat) {
+    for (const double sign : {1.0, -1.0}) {
+      const double here = lagrangian(d, 0), near = lagrangian(d, sign * kNear) - here,
+                   far = lagrangian(d, sign * kFar) - here;
+      if (!(far < -kLeastFall * std::max(size, 1.0)) || !(near < 0) || !(far <= kHigherOrder * near))
+        continue;
+      all.resize(d.size(), 0.0);
+      for (std::size_t i = 0; i < d.size(); ++i) all[i] += sign * d[i];
+      break;
+    }
+  }
+  return all;
 }
 
 CurvatureCheck check_violation(Nlp& problem, const std::vector<double>& x) {

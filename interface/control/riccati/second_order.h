@@ -12,6 +12,10 @@
 // most negative curvature, and the point is called no minimum only if the curvature along it, computed from W and J
 // themselves, is negative beyond rounding.
 //
+// Where the curvature along a direction is zero, the second order does not tell: -u^4 and u^3 are stationary at 0.  `flat` holds such
+// directions, one for each kind of variable of a stage at most, and falls_along() looks along them: if the Lagrangian falls, by the third
+// order or higher, the point is no minimum.
+//
 // Where the program's Hessian is an approximation, that of differences of first derivatives is judged.  A program whose
 // stages are too large for dense factors is not: kUnknown.  Take a scaled program (scaled_nlp.h), so that directions are relative to nominal values.
 //
@@ -25,9 +29,16 @@ namespace dyntape {
 struct CurvatureCheck {
   StationaryPoint order = StationaryPoint::kUnknown;
   std::vector<double> direction;  // (n) of negative curvature, its largest entry 1; empty: none
+  std::vector<std::vector<double>> flat =
+      {};  // (n) each: directions of curvature zero, where the order is kMinimum
 };
 
 CurvatureCheck check_second_order(Nlp& problem, const NlpSolution& at);
+
+// The sum of those among these directions, or of their negatives, along which the Lagrangian falls by the third order or higher;
+// empty: it falls along none.
+std::vector<double> falls_along(Nlp& problem, const NlpSolution& at,
+                                const std::vector<std::vector<double>>& flat);
 
 // The same of the violation, 1/2 |c|^2 with c what the rows lack, at a point where it is stationary and not zero: kNotMinimum
 // where the violation falls to the second order, as that of |u|^2 = 1 does from u = 0.

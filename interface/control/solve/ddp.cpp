@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/control/discretize/shooting_steps.h>
 #include <dyntape/interface/control/solve/ddp_course.h>
 #include <dyntape/interface/control/solve/ddp_motion.h>
 #include <dyntape/interface/control/solve/ddp_sensitivities.h>
@@ -118,9 +119,13 @@ DdpSolution DdpSolver::solve(const std::stop_token& stop) {
   solution.build_seconds = made_->build_seconds;
   if (made_->derivatives) solution.sensitivities = made_->derivatives->at(problem, solution);
   solution.seconds = seconds_since(begin);
-  if (solution.success() && options.verify)
-    solution.integration_error = error_of_steps(problem, solution.t, solution.x, solution.u, options.stop);
+  if (solution.converged() && options.verify) add_verification(problem, solution, options.stop);
   return solution;
+}
+
+void add_verification(const Problem& problem, DdpSolution& s, const std::stop_token& stop) {
+  s.verification = verify_steps(problem, held_motion(problem, s.t, s.x, s.u), s.cost, stop);
+  s.integration_error = s.verification->worst_defect;
 }
 
 DdpSolution solve_with_ddp(const Problem& problem, const DdpOptions& options) {

@@ -27,7 +27,7 @@
 //   acceptable  1e4 times that, where the cost's rounding allows no less, as with kGaussNewton, whose derivatives fall with the root
 //               of what the cost is off by
 // sensitivities: how cost and motion change with parameters and start, where options.sensitivities asks (ddp_sensitivities.h).
-// integration_error: what the steps are off by, found by integrating the problem's own rate to 1e-12 (verify.h) over each interval.
+// verification: each interval re-simulated with its held control, and the costs with it (verify.h); success() asks for it.
 //
 // Errors: ArgumentError for what the method does not know (record_stage.h), for a guess that does not fit; NumericalError
 // where the functions are not finite at the start.  How the solve ended is no error but a status.
@@ -46,6 +46,9 @@ namespace dyntape {
 class DdpDerivatives;
 
 DdpSolution solve_with_ddp(const Problem& problem, const DdpOptions& options = {});
+
+// Re-simulates a motion: sets `verification` and `integration_error`.
+void add_verification(const Problem& problem, DdpSolution& solution, const std::stop_token& stop = {});
 
 // Several solves with functions that are recorded and compiled once:
 //

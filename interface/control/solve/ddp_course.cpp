@@ -179,11 +179,12 @@ struct DdpCourse::Solve {
     return changes;
   }
 
-  // Without second derivatives: where the cost falls by the square of a trial change, as its mean both ways says, the point is no
-  // minimum, and is left along it.  False where none lowers the cost.
+  // Without second derivatives, or where these say nothing: if the cost of a stationary point falls by a trial change, the point is no
+  // minimum, and is left along it: by the square, as the mean both ways says, or one way by the third order.  False where none
+  // lowers the cost.
   Piece<bool> leave_along_trials() {
     constexpr int kMost = 5, kDoublings = 20;
-    constexpr double kRounding = 1e-10;
+    constexpr double kRounding = 1e-10, kOneWay = 100;
     const DdpMotion now = work.motion(lane);
     const std::vector<MatrixXd> changes = trial_changes(now.u);
     const std::vector<double> known = work.costs_of(lane, changes);
@@ -196,8 +197,11 @@ struct DdpCourse::Solve {
         const std::vector<double> both = co_await costs_of(std::move(ways));
         up = both[0], down = both[1];
       }
-      const double sum = up + down;
-      if (!std::isfinite(sum) || !(sum - 2 * cost < -kRounding * (1 + std::abs(cost)))) continue;
+      const double sum = up + down, least_change = std::min(up, down) - cost;
+      const double rounding = kRounding * (1 + std::abs(cost));
+      const bool falls = sum - 2 * cost < -rounding ||
+                         (has_no_slope(options.tolerance) && least_change < -kOneWay * rounding);
+      if (!std::isfinite(sum) || !falls) continue;
       is_saddle = true;
       if (++saddles > kMost) break;
       if (!known.empty()) work.set_policy(lane, options.intervals, changes[i]);
@@ -220,10 +224,8 @@ struct DdpCourse::Solve {
 
   Piece<bool> leave() {
     bool is_left = false;
-    if (is_exact())
-      is_left = co_await leave_saddle();
-    else
-      is_left = co_await leave_along_trials();
+    if (is_exact()) is_left = co_await leave_saddle();
+    if (!is_left) is_left = co_await leave_along_trials();
     if (is_left) least_slope = HUGE_VAL, stalled = 0, shift = 0;
     co_return is_left;
   }
@@ -347,8 +349,9 @@ DdpSolution DdpCourse::solution() {
   DdpMotion motion = own.work.motion(own.lane);
   DdpSolution s;
   s.status = own.course.result(), s.cost = own.cost;
-  s.is_minimum = s.success() && own.shift == 0 && own.is_exact();
-  s.is_saddle = s.success() && own.is_saddle;
+  const bool is_solved = s.status == SolveStatus::kSolved;
+  s.is_minimum = is_solved && own.shift == 0 && own.is_exact();
+  s.is_saddle = is_solved && own.is_saddle;
   s.x = std::move(motion.x), s.u = std::move(motion.u);
   s.slope = std::move(motion.slope), s.adjoint = std::move(motion.adjoint);
   s.policy = std::move(motion.policy);

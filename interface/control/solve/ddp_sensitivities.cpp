@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/control/discretize/end_cost.h>
 #include <dyntape/interface/control/discretize/shooting_steps.h>
 
@@ -13,6 +14,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+constexpr double kFlat = 1e-10;  // of the largest curvature by controls: no strict minimum
 
 // f of a stage whose last states are what its parameters are changed by.
 StageFunction of_offsets(const StageFunction& f, Index n_x) {
@@ -104,8 +107,10 @@ class PassAtSolution {
       weights << riccati.p(), 1;
       steps_.curve(int(k), weights);
       if (!riccati.push(s, 0)) return false;
+      look_for_flat(k, riccati.input_curvature());
       gains[std::size_t(k)] = riccati.policy().K;
     }
+    if (least_curvature_ <= kFlat * most_curvature_) return false;
     x.resize(n_ * (N_ + 1), n_), u.resize(m_ * N_, n_);
     x.topRows(n_).setIdentity();
     for (Index k = 0; k < N_; ++k) {
@@ -134,6 +139,17 @@ class PassAtSolution {
     look_for_weak(slopes, sizes);
   }
 
+  // The least and the largest curvature by controls that are at no limit.
+  void look_for_flat(Index k, const MatrixXd& curvature) {
+    std::vector<Index> free;
+    for (Index i = 0; i < m_; ++i)
+      if (u_(i, k) > wide_.u.lower[i] && u_(i, k) < wide_.u.upper[i]) free.push_back(i);
+    if (free.empty()) return;
+    const VectorXd values = symmetric_eigen(MatrixXd(curvature(free, free))).values;
+    least_curvature_ = std::min(least_curvature_, values.minCoeff());
+    most_curvature_ = std::max(most_curvature_, values.maxCoeff());
+  }
+
   void look_for_weak(const MatrixXd& slopes, const VectorXd& sizes) {
     const double near = kWeaklyHeld * u_.cwiseAbs().maxCoeff();
     for (Index k = 0; k < N_; ++k) {
@@ -155,6 +171,7 @@ class PassAtSolution {
   VectorXd g_end_;
   ShootingSteps steps_;
   bool is_finite_ = false, is_weak_ = false;
+  double least_curvature_ = HUGE_VAL, most_curvature_ = 0;
 };
 
 }  // namespace
@@ -194,7 +211,7 @@ DdpDerivatives::DdpDerivatives(const RecordedShooting& recorded, const DdpOption
 DdpSensitivities DdpDerivatives::at(const Problem& now, const DdpSolution& solution) const {
   const Index n_x = now.n_x();
   ChangesOfMotion changes(n_x + now.parameters.size(), now.n_u(), solution.u.cols(), is_of_motion_);
-  if (!solution.success()) return sensitivities_of(SensitivityStatus::kNotASolution, changes, n_x);
+  if (!solution.converged()) return sensitivities_of(SensitivityStatus::kNotASolution, changes, n_x);
   PassAtSolution pass(step_, end_, now, solution);
   if (!pass.is_finite()) return sensitivities_of(SensitivityStatus::kNotFinite, changes, n_x);
   changes.cost = pass.cost_slopes();

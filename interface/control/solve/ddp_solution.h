@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <limits>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include <dyntape/interface/control/nlp/status.h>
 #include <dyntape/interface/control/problem/record_stage.h>
 #include <dyntape/interface/control/riccati/riccati.h>
+#include <dyntape/interface/control/solve/solution.h>
 
 namespace dyntape {
 
@@ -68,15 +70,19 @@ struct DdpSolution {
   Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1); NaN before there was one
   bool is_minimum =
       false;  // solved, and every stage has a minimum: of the second order as well, as kExact alone knows
-  bool is_saddle =
-      false;  // solved with kGaussNewton, and the cost falls along some change of the controls all the same
+  bool is_saddle = false;  // the cost falls along some change of the controls all the same
   std::vector<DdpIteration> iterations;
   DdpSensitivities sensitivities;  // empty where they were not asked for
-  double integration_error =
-      std::numeric_limits<double>::quiet_NaN();  // of what is solved, where all can be simulated
-  double build_seconds = 0, seconds = 0;         // of recording and compiling; of the iterations
+  // Of a converged solve, if options.verify: the motion re-simulated with its held controls (verify.h).
+  std::optional<Verification> verification = {};
+  double integration_error = std::numeric_limits<double>::quiet_NaN();  // its worst_defect
+  double build_seconds = 0, seconds = 0;  // of recording and compiling; of the iterations
 
-  bool success() const { return status == SolveStatus::kSolved; }
+  bool converged() const { return status == SolveStatus::kSolved && !is_saddle; }
+  // The verdict of all methods (solution.h): converged, and the motion is what its controls do and costs what the steps say.
+  // Without options.verify the same as converged().
+  bool success() const { return converged() && (!verification || is_accurate(*verification, demands)); }
+  VerifyOptions demands = {};
 };
 
 }  // namespace dyntape

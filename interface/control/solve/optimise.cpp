@@ -15,6 +15,8 @@ namespace dyntape {
 
 namespace {
 
+constexpr double kOfStart = 1e-3;  // OptimiseOptions::cost_at_start
+
 [[noreturn]] void report(const std::string& problem, const DerivativeCheck& check) {
   std::string message = "problem \"" + problem + "\": the derivatives are not those of the functions:";
   for (std::size_t k = 0; k < std::min<std::size_t>(3, check.mismatches.size()); ++k) {
@@ -48,6 +50,13 @@ double link_violation(const StagedProgram& program, const std::vector<SolvedPhas
   return worst;
 }
 
+// Measures the error of a cost by no less than this.
+void measure_cost_by(double least, Verification& v) {
+  if (!(v.cost_size < least)) return;
+  v.cost_errors *= v.cost_size / least, v.cost_error *= v.cost_size / least;
+  v.cost_size = least;
+}
+
 void verify_phases(const StagedNlp& nlp, const NlpScaling& scaling, const OptimiseOptions& options,
                    Solution& solution) {
   double begin = 0;
@@ -58,6 +67,7 @@ void verify_phases(const StagedNlp& nlp, const NlpScaling& scaling, const Optimi
     if (options.verify)
       phase.verification =
           verify(nlp.problem(k), phase.motion, nlp.of_motion(scaling, k), options.solver.stop);
+    measure_cost_by(kOfStart * solution.cost_at_start, phase.verification);
     controls.push_back(nlp.problem(k).controls);
     solution.phases.push_back(std::move(phase));
   }
@@ -119,6 +129,9 @@ Solution optimise(StagedNlp& nlp, const std::vector<double>& start, const Optimi
     if (!motion) return std::nullopt;
     return nlp.variables(*motion);
   });
+  solution.cost_at_start = options.cost_at_start;
+  if (!solution.nlp.log.empty() && std::isfinite(solution.nlp.log.front().objective))
+    solution.cost_at_start = std::max(solution.cost_at_start, std::abs(solution.nlp.log.front().objective));
   enter(OptimiseStep::kVerifying);
   begin = std::chrono::steady_clock::now();
   ScaledNlp scaled(nlp, solution.nlp.units);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// From a problem, or a motion in phases, to a verified motion in one call.
+// Solves a problem, or a motion in phases, on one given mesh, and verifies the motion.
 //
 //   const Solution s = optimise(problem, {.mesh = {.intervals = 40}});
+//   // or solve(problem), which chooses the mesh (solve.h)
 //   if (s.success()) plot(s.motion.t, s.motion.x);
 //   const Solution jump = optimise(phases, {.meshes = {{.intervals = 20}, {.intervals = 10}, {.intervals = 20}}});
 //
@@ -30,6 +31,8 @@ struct OptimiseOptions {
   bool check_derivatives = true;
   bool verify = true;  // false: success() is silent on what the motion is worth
   VerifyOptions demands = {};
+  // The cost of the motion that the first mesh began with: errors of a cost that nearly vanishes are measured by a thousandth of it.
+  double cost_at_start = 0;
   std::function<void(OptimiseStep)> enter = {};  // told of each step when it begins
 };
 

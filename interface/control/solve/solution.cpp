@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <dyntape/interface/io/number.h>
+
 namespace dyntape {
 
 namespace {
@@ -30,7 +32,38 @@ bool is_feasible(const Verification& verification, const VerifyOptions& demands)
   return verification.violation <= demands.violation;
 }
 bool is_accurate(const Verification& verification, const VerifyOptions& demands) {
-  return verification.worst_relative <= demands.integration_error && verification.trouble.empty();
+  return verification.worst_relative <= demands.integration_error && verification.trouble.empty() &&
+         verification.passings.worst() <= demands.between && verification.cost_error <= demands.cost_error;
+}
+
+int Solution::iterations() const {
+  if (meshes.empty()) return nlp.iterations();
+  int sum = 0;
+  for (const MeshRound& mesh : meshes) sum += mesh.iterations;
+  return sum;
+}
+
+std::string Solution::verdict() const {
+  const Verification& v = verification;
+  const auto digits = [](double value) { return io::with_digits(value, 2); };
+  const std::string violated =
+      "; the constraint violated most is " + v.worst_row + ", by " + digits(v.violation);
+  if (!converged()) return describe(nlp.status) + (is_feasible(v, demands) ? "" : violated);
+  if (success()) return "solved, and verified";
+  if (!is_feasible(v, demands))
+    return "solved, but " + v.worst_row + " is violated by " + digits(v.violation);
+  if (!v.trouble.empty()) return "solved, but " + v.trouble;
+  if (!(v.worst_relative <= demands.integration_error))
+    return "solved, but an interval differs from its re-simulation by " + digits(v.worst_relative) +
+           " of the motion; use more intervals";
+  if (!(v.passings.worst() <= demands.between))
+    return "solved, but " + v.passings.rows.front().text() + "; use more intervals";
+  if (!(v.cost_error <= demands.cost_error))
+    return "solved, but the motion costs " + io::with_digits(v.true_cost, 6) + " instead of " +
+           io::with_digits(v.cost, 6) + "; use more intervals";
+  if (nlp.stationary_point == StationaryPoint::kNotMinimum)
+    return "solved, but the cost falls along a direction from here: it is no minimum";
+  return "solved, but its multipliers do not show it to be an optimum";
 }
 
 Trajectory whole_motion(const std::vector<SolvedPhase>& phases,
@@ -76,6 +109,7 @@ Verification whole_verification(const std::vector<SolvedPhase>& phases, double l
   all = {};
   all.violation = link_violation;
   all.worst_row = of_links;
+  double cost_error = 0, cost_size = 0;
   for (std::size_t k = 0; k < phases.size(); ++k) {
     const Verification& v = phases[k].verification;
     const std::string in = phases[k].name + ": ";
@@ -93,10 +127,22 @@ Verification whole_verification(const std::vector<SolvedPhase>& phases, double l
       all.miss_index = v.miss_index;
     }
     if (all.trouble.empty() && !v.trouble.empty()) all.trouble = in + v.trouble;
+    for (Passing row : v.passings.rows) {
+      row.name = in + row.name, row.time += phases[k].begin, row.interval += int(all.relative_defect.size());
+      all.passings.rows.push_back(std::move(row));
+    }
+    append(all.passings.of_intervals, v.passings.of_intervals);
+    append(all.cost_errors, v.cost_errors);
+    all.true_cost += v.true_cost;
+    cost_error += v.cost_error * v.cost_size, cost_size += v.cost_size;
     append(all.integration_error, v.integration_error);
     append(all.relative_defect, v.relative_defect);
     all.cost += v.cost;
   }
+  const auto worse = [](const Passing& a, const Passing& b) { return a.excess > b.excess; };
+  std::stable_sort(all.passings.rows.begin(), all.passings.rows.end(), worse);
+  all.cost_size = cost_size;
+  all.cost_error = cost_size > 0 ? cost_error / cost_size : 0;
   return all;
 }
 

@@ -7,10 +7,14 @@
 //   const Solution jump = optimise(phases, {.meshes = ...});
 //   jump.phases[1].motion                                        // the flight, from t = 0; it begins at phases[1].begin
 //
-// success() is the whole verdict, the same as that of the command `dyntape solve`: the solver converged, and what was
-// found meets `VerifyOptions`.  converged() is the solver's own word alone.  Where a motion converges and is re-simulated to something
+// success() is the verdict of every door: `dyntape solve`, C++ and Python.  The solver converged, and what was found meets
+// `VerifyOptions`.  converged() is the solver's own word alone.  Where a motion converges and is re-simulated to something
 // else, use a finer mesh.
 #pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
 
 #include <dyntape/interface/control/discretize/verify.h>
 #include <dyntape/interface/control/nlp/derivative_check.h>
@@ -33,11 +37,26 @@ struct VerifyOptions {
   // thousandth of the motion is what a controller corrects without being seen to, and less than a robot's masses are
   // known to; a mesh that is fine enough for its motion stays below it by orders.
   double integration_error = 1e-3;
+  // Most that an inequality or a bound may be passed between points, relative to how far the motion moves in that interval (passings.h).
+  double between = 1e-3;
+  // Most that the scheme's quadrature may differ from the integral of the costs, relative to the sum of their magnitudes.
+  double cost_error = 5e-3;
+};
+
+// What came of one mesh.
+struct MeshRound {
+  int intervals = 0, iterations = 0;
+  double seconds = 0;  // of the solve and its verification
+  double cost = 0, relative_defect = 0;
+  SolveStatus status = SolveStatus::kSolverError;
+  double relaxation = 0;              // m, of rigid contacts (implicit_contacts.h); 0: there are none
+  double passed = 0, cost_error = 0;  // the largest excess between points; the error of the quadrature
 };
 
 // The first-order conditions, and the second-order one where it is known; NaN meets nothing.
 bool is_optimal(const KktResiduals& kkt, StationaryPoint order, const VerifyOptions& demands);
 bool is_feasible(const Verification& verification, const VerifyOptions& demands);
+// Whether the motion is what its controls do, keeps its rows between points, and costs what the solver says: what a finer mesh mends.
 bool is_accurate(const Verification& verification, const VerifyOptions& demands);
 
 struct SolvedPhase {
@@ -59,9 +78,15 @@ struct Solution {
   double link_violation = 0;  // what links lack, relative to the nominal values of the states that they set
   DerivativeCheck derivatives;
   KktResiduals kkt;  // relative to the nominal values of the last round (ipopt.h), as the verification is
+  double cost_at_start = 0;  // OptimiseOptions::cost_at_start, or that of this mesh's start if it is more
   double build_seconds = 0, check_seconds = 0, verify_seconds = 0;  // the solve's: nlp.times
 
   VerifyOptions demands = {};  // that success() asks for
+
+  std::vector<MeshRound> meshes = {};   // coarsest first; of solve() (solve.h)
+  std::string refinement_trouble = {};  // why a finer mesh was given up, or ""
+  // How far the costs of the last two meshes differ, relative to their size; NaN of one mesh.
+  double cost_change = std::numeric_limits<double>::quiet_NaN();
 
   bool converged() const { return nlp.status == SolveStatus::kSolved; }
   bool success() const {
@@ -69,6 +94,8 @@ struct Solution {
            is_feasible(verification, demands) && is_accurate(verification, demands);
   }
   double cost() const { return nlp.objective; }
+  int iterations() const;       // on all meshes
+  std::string verdict() const;  // one sentence
 };
 
 // One motion of several; `controls` names those of the whole in their order, empty: as they appear.

@@ -200,7 +200,8 @@ TaskSpec completed(TaskSpec spec) {
   for (HeldContact& contact : spec.robot.contacts)
     contact.has_schedule = contact.has_schedule || spec.gait.has_value();
   if (spec.simulated)
-    spec.demands.integration_error = spec.demands.between = std::numeric_limits<double>::infinity();
+    spec.demands.integration_error = spec.demands.between = spec.demands.cost_error =
+        std::numeric_limits<double>::infinity();
   return spec;
 }
 

@@ -276,12 +276,17 @@ void read_accuracy(Section& verify, TaskSpec::VerifyOptions& demands) {
       "most that an interval differs from its re-simulation, relative to the motion's nominal values");
   demands.integration_error =
       verify.get_or("integration_error", demands.integration_error, io::or_infinite(io::positive()));
-  verify.about("most that an inequality is exceeded by between points, relative to how far its value moves");
+  verify.about(
+      "most that an inequality or a bound is passed between points, relative to how far the motion moves "
+      "there");
   demands.between = verify.get_or("between_nodes", demands.between, io::or_infinite(io::positive()));
+  verify.about(
+      "most that the cost differs from the integral along the motion, relative to the sum of all costs");
+  demands.cost_error = verify.get_or("cost_error", demands.cost_error, io::or_infinite(io::positive()));
 }
 
 void refuse_accuracy(Section& verify) {
-  for (const char* key : {"integration_error", "between_nodes"}) {
+  for (const char* key : {"integration_error", "between_nodes", "cost_error"}) {
     if (verify.has(key))
       verify.problem(key, std::string("'") + key +
                               "' is of motions without rigid contacts; of these the simulation of the scene "

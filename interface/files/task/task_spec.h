@@ -166,9 +166,6 @@ struct TaskSpec {
     // matter of the mesh.
     int refinements = 4;
     bool limits = true;
-    // Most that an inequality along the path may be exceeded by between points of the mesh, as a part of how far its value
-    // moves: forces that jump overshoot there by a part that no mesh takes away, for a time that every mesh shortens.
-    double between = 5e-3;
     // Most that differential dynamic programming may end from the goal, as a part of how far the motion moves what the goal
     // gives; unless the goal is soft.
     double goal = 1e-2;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/discretize/shooting_steps.h>
 #include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/run/solve/refined_solve.h>
@@ -14,20 +15,6 @@
 namespace dyntape {
 
 namespace {
-
-// Two points an interval, the control of the first held: what verification and pictures are to know of such a motion.
-Scheme held_controls() {
-  return {"held", Eigen::Vector2d(0, 1), Eigen::MatrixXd(0, 2), Eigen::MatrixXd(0, 2), Eigen::Vector2d(1, 0),
-          4};
-}
-
-Trajectory motion_of(const Problem& problem, const DdpSolution& s) {
-  const Eigen::Index points = s.t.size();
-  Trajectory motion{s.t, s.x, Eigen::MatrixXd::Zero(problem.n_a(), points),
-                    Eigen::MatrixXd(problem.n_u(), points), held_controls()};
-  motion.u << s.u, s.u.rightCols(1);
-  return motion;
-}
 
 std::vector<std::string> controls_at_limits(const Problem& problem, const Trajectory& motion) {
   std::vector<std::string> names;
@@ -91,8 +78,7 @@ class DdpRounds : SolveRounds {
         break;
       }
       take(std::move(solution));
-      if (moment_.refinement >= task_.demands.refinements || !is_too_coarse(report_, task_) ||
-          watch_.stop.stop_requested())
+      if (moment_.refinement >= task_.demands.refinements || !is_too_coarse() || watch_.stop.stop_requested())
         break;
       ++moment_.refinement, moment_.intervals *= 2;
       begin_at(report_.solution.motion);
@@ -101,6 +87,16 @@ class DdpRounds : SolveRounds {
   }
 
  private:
+  // Steps of one length: all are halved.
+  bool is_too_coarse() const {
+    const Solution& s = report_.solution;
+    if (!s.converged() || !is_feasible(s.verification, s.demands)) return false;
+    if (!is_accurate(s.verification, s.demands)) return true;
+    const auto between = [](const LimitExcess& excess) { return excess.between_points; };
+    return task_.demands.limits && !report_.excesses.empty() &&
+           std::all_of(report_.excesses.begin(), report_.excesses.end(), between);
+  }
+
   void begin_at(const Trajectory& at) {
     problem_.guess = [motion = at](double t) {
       const double share = t / motion.t[motion.points() - 1] * motion.intervals();
@@ -167,17 +163,17 @@ class DdpRounds : SolveRounds {
     solution.nlp.log = now_;
     solution.nlp.times.total = found.seconds;
     seconds_ += found.seconds;
-    solution.motion = motion_of(problem_, found);
+    solution.motion = held_motion(problem_, found.t, found.x, found.u);
     tell(SolveStage::kVerifying);
     const auto begin = std::chrono::steady_clock::now();
-    solution.verification = verify(problem_, solution.motion, {}, watch_.stop);
+    solution.verification = verify_steps(problem_, solution.motion, found.cost, watch_.stop);
     solution.verify_seconds = seconds_since(begin);
     note(solution, solution.nlp.times.total + solution.verify_seconds);
     facts_ = {};
     facts_.slope = found.iterations.empty() ? std::nan("") : found.iterations.back().slope;
     look_at_goal(task_, solution.motion, facts_);
     if (found.is_saddle) solution.nlp.stationary_point = StationaryPoint::kNotMinimum;
-    if (is_exact_ && found.success()) {
+    if (is_exact_ && found.converged()) {
       facts_.is_minimum = found.is_minimum;
       solution.nlp.stationary_point =
           found.is_minimum ? StationaryPoint::kMinimum : StationaryPoint::kNotMinimum;

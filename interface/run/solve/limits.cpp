@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string_view>
 
-#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/control/discretize/resampled.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/run/solve/curves.h>
 
@@ -165,83 +165,11 @@ void find_contacts(const Task& task, const Trajectory& motion, const PlaceLooked
   }
 }
 
-// What the task bounds is kept at the points of the mesh; between them it may not be.
-class BoundsBetween {
- public:
-  BoundsBetween(const Task& task, const Trajectory& fine, std::vector<LimitExcess>& excesses)
-      : task_(task), problem_(task.problem), fine_(fine), excesses_(excesses) {}
-
-  void find() {
-    const double defect = task_.demands.integration_error;
-    find_in(problem_.states, fine_.x, problem_.x, defect);
-    find_in(problem_.accelerations, fine_.a, problem_.a, defect);
-    find_in(problem_.controls, fine_.u, problem_.u, std::max(defect, kControl));
-    for (const Term& term : problem_.terms) {
-      const bool is_clearance = std::any_of(task_.around.apart.begin(), task_.around.apart.end(),
-                                            [&](const auto& pair) { return is_of(pair, term); });
-      if (term.role == Role::kInequality && term.where == Where::kRunning && !is_clearance) find_in(term);
-    }
-  }
-
- private:
-  // Clearances are looked at by themselves, more often.
-  static bool is_of(const Surroundings::Pair& pair, const Term& term) {
-    return term.name == pair.a.name + " clear of " + pair.b.name;
-  }
-
-  void find_in(const std::vector<std::string>& names, const MatrixXd& values, const Bounds& bounds,
-               double part) {
-    for (Eigen::Index i = 0; i < values.rows(); ++i)
-      note(names[std::size_t(i)], values.row(i), bounds.lower[i], bounds.upper[i], part);
-  }
-
-  void find_in(const Term& term) {
-    MatrixXd values(term.lower.size(), fine_.points());
-    for (int p = 0; p < fine_.points(); ++p)
-      values.col(p) =
-          term.function(problem_.stage(fine_.t[p], fine_.x.col(p), fine_.a.col(p), fine_.u.col(p)));
-    for (Eigen::Index i = 0; i < values.rows(); ++i) {
-      const std::string index = values.rows() > 1 ? "[" + std::to_string(i) + "]" : "";
-      note(term.name + index, values.row(i), term.lower[i], term.upper[i], task_.demands.between);
-    }
-  }
-
-  // An excess counts from a part of the range on: of the bounds, or of how far the values move, where that is more.
-  void note(const std::string& name, const VectorXd& values, double lower, double upper, double part) {
-    if (is_told_already(name)) return;
-    const double moved = values.maxCoeff() - values.minCoeff();
-    LimitExcess excess{"", name, "", 0, 0, 0};
-    excess.between_points = true, excess.of = LimitOf::kTask;
-    const Curves none;
-    const auto tolerance = [&](double limit) {
-      return std::max(tolerated(lower, upper, limit, part), part * moved);
-    };
-    if (find_excess(values, {none, fine_.t, part}, lower, upper, tolerance, excess))
-      excesses_.push_back(excess);
-  }
-
-  // As beyond the robot: "v.elbow" as the velocity of "elbow".
-  bool is_told_already(const std::string& name) const {
-    return std::any_of(excesses_.begin(), excesses_.end(), [&](const LimitExcess& e) {
-      return (e.quantity == "position" && name == "q." + e.joint) ||
-             (e.quantity == "velocity" && name == "v." + e.joint) ||
-             (e.quantity == "effort" && name == "u." + e.joint);
-    });
-  }
-
-  const Task& task_;
-  const Problem& problem_;
-  const Trajectory& fine_;
-  std::vector<LimitExcess>& excesses_;
-};
-
 }  // namespace
 
 std::string LimitExcess::text() const {
   const std::string what = quantity.empty() ? joint : quantity + " of " + joint;
-  const char* bounded = of == LimitOf::kRobot  ? ", rated for "
-                        : of == LimitOf::kTask ? ", bounded by "
-                                               : ", to be at least ";
+  const char* bounded = of == LimitOf::kRobot ? ", rated for " : ", to be at least ";
   return what + " is " + plain_digits(value) + (unit.empty() ? "" : " " + unit) + " at " +
          plain_digits(time) + " s" + (between_points ? ", between points of the mesh" : "") + bounded +
          plain_digits(limit);
@@ -287,7 +215,6 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
     };
     check("effort", slides ? "N" : "N m", efforts, -effort, effort);
   }
-  BoundsBetween(task, fine, excesses).find();
   find_contacts(task, motion, looks, excesses);
   return excesses;
 }

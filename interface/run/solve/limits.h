@@ -16,7 +16,7 @@
 
 namespace dyntape {
 
-enum class LimitOf { kRobot, kClearance, kTask };
+enum class LimitOf { kRobot, kClearance };
 
 struct LimitExcess {
   std::string quantity, joint,
@@ -33,9 +33,8 @@ struct LimitExcess {
 // two bodies move from one look to the next is at most a sixteenth of how far their centres have to be apart (but no more
 // than 4096 times an interval); between points of the mesh they are too small from integration_error of that distance on, but
 // never from more than a thousandth, at the points from a micrometre and a millionth of it on.
-// Limits are those of the robot, whatever the task bounds; then come, between points, the bounds of states and controls and
-// the inequalities along the path that the task states (what they lack at points is a violation, verify.h), last the
-// clearances.
+// Limits are those of the robot, whatever the task bounds; clearances come last.  Rows of the task are the verification's
+// (verify.h, passings.h).
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion);
 
 }  // namespace dyntape

@@ -7,7 +7,6 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/nlp/scaled_nlp.h>
-#include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/run/solve/solve_rounds.h>
@@ -30,35 +29,19 @@ SolveStage stage_of(OptimiseStep step) {
   return SolveStage::kVerifying;
 }
 
-// Infeasible by no more than what a coarse mesh makes of a motion that keeps all limits, but barely.
-bool is_nearly_feasible(const Solution& solution) {
-  constexpr double kLittle = 0.02;  // of nominal values
-  return solution.nlp.status == SolveStatus::kLocallyInfeasible && solution.verification.violation <= kLittle;
-}
-
-// What moves by rounding alone, beside others of its kind, stands still: nominal values are taken from a start.
-void still(Eigen::Ref<Eigen::MatrixXd> values) {
-  constexpr double kRounding = 1e-13;
-  if (values.size() == 0) return;
-  const double least = kRounding * values.cwiseAbs().maxCoeff();
-  for (Eigen::Index i = 0; i < values.rows(); ++i) {
-    const double first = std::abs(values(i, 0)) < least ? 0 : values(i, 0);
-    if ((values.row(i).array() - first).abs().maxCoeff() < least) values.row(i).setConstant(first);
-  }
-}
-
-// Of each joint and quantity the worst of all phases.
-std::vector<LimitExcess> excesses_of(const Task& task, const std::vector<SolvedPhase>& phases) {
+// Of each joint and quantity the worst of all phases.  A row of the task that is passed between points counts as well.
+std::vector<LimitExcess> excesses_of(const Task& task, const Solution& solution) {
   std::vector<LimitExcess> all;
   const std::vector<const Task*> parts = parts_of(task);
   const auto beyond = [](const LimitExcess& e) { return std::abs(e.value - e.limit); };
+  const auto is_same = [](const LimitExcess& a, const LimitExcess& b) {
+    return a.quantity == b.quantity && a.joint == b.joint;
+  };
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    for (LimitExcess excess : limit_excesses(*parts[k], phases[k].motion)) {
-      excess.time += phases[k].begin;
-      const auto is_same = [&](const LimitExcess& e) {
-        return e.quantity == excess.quantity && e.joint == excess.joint;
-      };
-      const auto before = std::find_if(all.begin(), all.end(), is_same);
+    for (LimitExcess excess : limit_excesses(*parts[k], solution.phases[k].motion)) {
+      excess.time += solution.phases[k].begin;
+      const auto before =
+          std::find_if(all.begin(), all.end(), [&](const LimitExcess& e) { return is_same(e, excess); });
       if (before == all.end())
         all.push_back(excess);
       else if (beyond(excess) > beyond(*before))
@@ -93,13 +76,12 @@ class Rounds : SolveRounds {
       solve_continued();
     else
       solve_from(program_->start());
-    while (moment_.refinement < task_.demands.refinements && is_too_coarse(report_, task_) &&
-           !watch_.stop.stop_requested()) {
-      if (!refine()) break;
-    }
+    report_.solution.meshes = report_.meshes;
+    refine(program_, report_.solution, steps());
     report_.build = build_report();
     report_.sizes = sizes_of(program_->program(), program_->shape());
     report_.active = active_names(*program_, report_.solution.nlp);
+    report_.refinement_trouble = report_.solution.refinement_trouble;
     return std::move(report_);
   }
 
@@ -166,8 +148,12 @@ class Rounds : SolveRounds {
 
   void take(Solution solution) {
     report_.solution = std::move(solution);
-    report_.excesses = excesses_of(task_, report_.solution.phases);
-    if (task_.simulated) report_.simulated = simulate_contacts(task_, report_.solution.motion, relaxation_);
+    look_at(report_.solution);
+  }
+
+  void look_at(const Solution& solution) {
+    report_.excesses = excesses_of(task_, solution);
+    if (task_.simulated) report_.simulated = simulate_contacts(task_, solution.motion, relaxation_);
   }
 
   void note(const Solution& s) {
@@ -184,38 +170,44 @@ class Rounds : SolveRounds {
     finer.set_parameters(now);
   }
 
-  // False where the finer mesh is given up, and the coarser motion stays.
-  bool refine() {
-    const Solution& coarse = report_.solution;
-    std::vector<Trajectory> motions;
-    std::vector<std::vector<double>> nodes;
-    ++moment_.refinement;
-    moment_.intervals = 0;
-    for (const SolvedPhase& phase : coarse.phases) {
-      motions.push_back(phase.motion);
-      nodes.push_back(halved(phase.motion));
-      moment_.intervals += int(nodes.back().size()) - 1;
-    }
-    const std::string where = "the mesh of " + std::to_string(moment_.intervals) + " intervals: ";
-    try {
-      auto program = std::make_unique<StagedNlp>(discretize(program_->program(), nodes));
-      if (task_.simulated) shrink_relaxation(*program);
-      Solution fine = optimise(*program, warm_start(motions, *program), options());
-      note(fine);
-      if (!fine.converged()) {
-        report_.refinement_trouble = where + describe(fine.nlp.status);
-        return false;
-      }
-      fine.derivatives = coarse.derivatives;
-      fine.check_seconds += coarse.check_seconds;
-      take(std::move(fine));
-      program_ = std::move(program);
-    } catch (const Error& e) {  // too large, or without a finite value at the start
-      report_.refinement_trouble = where + e.what();
-      return false;
-    }
-    return true;
+  RefineSteps steps() {
+    RefineSteps steps;
+    steps.refinements = task_.demands.refinements;
+    steps.most_intervals = kMostIntervals;
+    steps.options = [this] { return options(); };
+    steps.add_faults = [this](const Solution& s, MeshFaults& faults) { add_faults(s, faults); };
+    if (task_.simulated) steps.prepare = [this](StagedNlp& finer) { shrink_relaxation(finer); };
+    steps.begin = [this](int intervals) { ++moment_.refinement, moment_.intervals = intervals; };
+    steps.solved = [this](const Solution& s) {
+      note(s);
+      if (s.converged()) look_at(s);
+    };
+    return steps;
   }
+
+  // Limits and clearances that are passed between points, and contacts that the simulation of the scene does not confirm.
+  void add_faults(const Solution& s, MeshFaults& faults) const {
+    if (!report_.simulates())
+      for (Eigen::VectorXd& of_phase : faults) of_phase.setConstant(kAtFault);
+    if (!task_.demands.limits || report_.excesses.empty()) return;
+    const auto between = [](const LimitExcess& excess) { return excess.between_points; };
+    if (!std::all_of(report_.excesses.begin(), report_.excesses.end(), between)) return;
+    for (const LimitExcess& excess : report_.excesses) {
+      for (std::size_t k = 0; k < s.phases.size(); ++k) {
+        const SolvedPhase& phase = s.phases[k];
+        const std::vector<double> nodes = phase.motion.nodes();
+        const double t = excess.time - phase.begin;
+        if (t < 0 || t > phase.duration()) continue;
+        const auto next = std::upper_bound(nodes.begin(), nodes.end(), t);
+        const auto interval =
+            std::clamp<std::ptrdiff_t>(next - nodes.begin() - 1, 0, phase.motion.intervals() - 1);
+        faults[k][interval] = std::max(faults[k][interval], kAtFault);
+      }
+    }
+  }
+
+  static constexpr int kMostIntervals = 100000;
+  static constexpr double kAtFault = 2;  // of what is demanded: an interval is halved
 
   std::unique_ptr<StagedNlp> program_;
   double processor_seconds_ = 0, record_seconds_ = 0, relaxation_ = 0;
@@ -248,23 +240,6 @@ SolveSizes sizes_of(const StagedProgram& program, const NlpShape& shape) {
   return sizes;
 }
 
-std::vector<double> warm_start(const std::vector<Trajectory>& motions, const StagedNlp& program) {
-  std::vector<Trajectory> finer;
-  for (std::size_t k = 0; k < motions.size(); ++k) {
-    const Problem& problem = program.problem(k);
-    finer.push_back(resampled(problem, motions[k], program.times(k)));
-    Trajectory& motion = finer.back();
-    still(motion.x.topRows(problem.positions));
-    still(motion.x.bottomRows(problem.n_x() - problem.positions));
-    still(motion.a);
-    still(motion.u);
-  }
-  std::vector<double> x = program.variables(finer);
-  const NlpShape& shape = program.shape();
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::clamp(x[i], shape.x_lower[i], shape.x_upper[i]);
-  return x;
-}
-
 std::string SolveMoment::text() const {
   const std::string mesh = " on " + std::to_string(intervals) + " intervals" +
                            (refinement ? " (refinement " + std::to_string(refinement) + ")" : "");
@@ -284,16 +259,6 @@ std::string SolveMoment::text() const {
   return "solving" + mesh + ": iteration " + std::to_string(now->iteration) + ", cost " +
          io::significant(now->objective, 7) + ", violation " + io::scientific(now->primal_infeasibility) +
          (done < of ? "; " + compiling_text(*this) : "");
-}
-
-bool is_too_coarse(const SolveReport& report, const Task& task) {
-  const Verification& v = report.solution.verification;
-  if (is_nearly_feasible(report.solution)) return true;
-  if (!report.solution.converged() || !(v.violation <= task.demands.violation)) return false;
-  if (!(v.worst_relative <= task.demands.integration_error) || !report.simulates()) return true;
-  if (!task.demands.limits) return false;
-  const auto between = [](const LimitExcess& excess) { return excess.between_points; };
-  return !report.excesses.empty() && std::all_of(report.excesses.begin(), report.excesses.end(), between);
 }
 
 SolveReport solve_refined(const Task& task, const MeshOptions& mesh, const SolveWatch& watch) {

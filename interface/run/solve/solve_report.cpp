@@ -77,6 +77,8 @@ ordered_json rounds_of(const std::vector<MeshRound>& meshes) {
                       {"iterations", m.iterations},
                       {"cost", m.cost},
                       {"relative_defect", m.relative_defect},
+                      {"passed", m.passed},
+                      {"cost_error", m.cost_error},
                       {"seconds", m.seconds}});
     if (m.relaxation > 0) rounds.back()["relaxation"] = m.relaxation;
   }
@@ -182,6 +184,17 @@ void tell_truth(const SolveReport& report, io::Facts& facts) {
                               {"interval", v.worst_interval},
                               {"state", v.worst_state},
                               {"allowed", report.demands.integration_error}};
+  facts.say("passed between points, of the motion",
+            io::scientific(v.passings.worst()) + " (" +
+                (v.passings.rows.empty() ? "" : v.passings.rows.front().name + ", ") + "allowed " +
+                io::scientific(report.demands.between) + ")");
+  facts["passed_between_points"] = {{"value", v.passings.worst()},
+                                    {"row", v.passings.rows.empty() ? "" : v.passings.rows.front().name},
+                                    {"allowed", report.demands.between}};
+  facts.say("cost along the motion", precise(v.true_cost) + " (off by " + io::scientific(v.cost_error) +
+                                         ", allowed " + io::scientific(report.demands.cost_error) + ")");
+  facts["true_cost"] = {
+      {"value", v.true_cost}, {"error", v.cost_error}, {"allowed", report.demands.cost_error}};
   facts.say("open-loop error at the end", io::scientific(v.miss) + report.open_loop_unit +
                                               (v.miss_state.empty() ? "" : " (" + v.miss_state + ")"));
   if (const auto& simulated = report.simulated) {

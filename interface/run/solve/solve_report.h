@@ -18,15 +18,6 @@
 
 namespace dyntape {
 
-// What came of one mesh.
-struct MeshRound {
-  int intervals = 0, iterations = 0;
-  double seconds = 0;  // of the solve and its verification
-  double cost = 0, relative_defect = 0;
-  SolveStatus status = SolveStatus::kSolverError;
-  double relaxation = 0;  // m, of rigid contacts (implicit_contacts.h); 0: there are none
-};
-
 struct SolveSizes {
   std::size_t variables = 0, constraints = 0, jacobian = 0, hessian = 0;  // of the program; non-zeros
   std::size_t points = 0, operations = 0;                                 // operations of the stage's values

@@ -28,6 +28,11 @@ std::string defect_of(const Solution& solution, const Task::VerifyOptions& deman
          io::scientific(demands.integration_error);
 }
 
+std::string beyond(LimitOf of) {
+  return of == LimitOf::kRobot ? "asks for more than the robot can do: "
+                               : "comes nearer to what is around than the task allows: ";
+}
+
 std::string of_coarse(const SolveReport& report) {
   int refinements = 0;  // a mesh may be solved twice
   for (std::size_t k = 1; k < report.meshes.size(); ++k)
@@ -36,7 +41,17 @@ std::string of_coarse(const SolveReport& report) {
       !report.refinement_trouble.empty() ? "; a finer mesh was given up, " + report.refinement_trouble
       : refinements > 0 ? " after " + std::to_string(refinements) + " refinements of the mesh."
                         : ": use more intervals, or let the mesh be refined.";
-  return "Solved, but too coarse: re-simulated, " + defect_of(report.solution, report.demands) + why;
+  const Verification& v = report.solution.verification;
+  if (!(v.worst_relative <= report.demands.integration_error))
+    return "Solved, but too coarse: re-simulated, " + defect_of(report.solution, report.demands) + why;
+  if (!(v.passings.worst() <= report.demands.between) && report.demands.limits && !report.excesses.empty())
+    return "A local optimum was found, but it " + beyond(report.excesses.front().of) +
+           first_of(report.excesses) + why;
+  if (!(v.passings.worst() <= report.demands.between))
+    return "Solved, but too coarse: the motion exceeds a bound of the task: " +
+           v.passings.rows.front().text() + why;
+  return "Solved, but too coarse: the motion costs " + io::significant(v.true_cost, 6) + " instead of " +
+         io::significant(v.cost, 6) + why;
 }
 
 std::string of_interrupted(const SolveReport& report) {
@@ -74,19 +89,6 @@ std::string of_not_optimal(const Solution& solution) {
          io::scientific(is_stationary ? demands.complementarity : demands.stationarity) + " is allowed; " +
          (is_stationary ? "limits are kept at a distance, as by a barrier that is left."
                         : "constraints that nearly depend on each other can look like this.");
-}
-
-// "asks for more than the robot can do: "
-std::string beyond(LimitOf of) {
-  switch (of) {
-    case LimitOf::kRobot:
-      return "asks for more than the robot can do: ";
-    case LimitOf::kClearance:
-      return "comes nearer to what is around than the task allows: ";
-    case LimitOf::kTask:
-      break;
-  }
-  return "exceeds a bound of the task: ";
 }
 
 }  // namespace

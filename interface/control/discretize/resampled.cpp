@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/control/discretize/resampled.h>
 
 #include <algorithm>
 
@@ -57,14 +57,29 @@ std::vector<double> halved(const Trajectory& motion) {
   return nodes;
 }
 
+MotionBetween::MotionBetween(const Problem& problem, const Trajectory& motion)
+    : problem_(problem), motion_(motion), rates_(rates_of(problem, motion)) {
+  const bool jumps = !motion.scheme.uses_first_point() || !motion.scheme.uses_last_point();
+  if (jumps) at_ends_ = rates_at_ends(problem, motion);
+}
+
+Stage<double> MotionBetween::at(int p, double fraction) const {
+  const int stride = motion_.scheme.points() - 1, k = p / stride;
+  const bool is_first = !at_ends_.empty() && p == motion_.node(k),
+             is_last = !at_ends_.empty() && p + 1 == motion_.node(k + 1);
+  const Eigen::VectorXd rate = is_first ? at_ends_[std::size_t(k)].col(0) : rates_.col(p),
+                        next_rate = is_last ? at_ends_[std::size_t(k)].col(1) : rates_.col(p + 1);
+  const double h = motion_.t[p + 1] - motion_.t[p], t = motion_.t[p] + fraction * h;
+  const double begin = motion_.t[motion_.node(k)], end = motion_.t[motion_.node(k + 1)];
+  const double of_interval = (t - begin) / (end - begin);
+  return problem_.stage(t, cubic(motion_.x.col(p), motion_.x.col(p + 1), rate, next_rate, h, fraction),
+                        motion_.acceleration(k, of_interval), motion_.control(k, of_interval));
+}
+
 Trajectory resampled(const Problem& problem, const Trajectory& motion, const std::vector<double>& times) {
   const auto n = static_cast<Eigen::Index>(times.size());
   const std::vector<double> points(motion.t.begin(), motion.t.end());
-  const std::vector<double> nodes = motion.nodes();
-  const Eigen::MatrixXd rates = rates_of(problem, motion);
-  const bool jumps = !motion.scheme.uses_first_point() || !motion.scheme.uses_last_point();
-  const std::vector<Eigen::MatrixXd> at_ends =
-      jumps ? rates_at_ends(problem, motion) : std::vector<Eigen::MatrixXd>{};
+  const MotionBetween between(problem, motion);
   Trajectory result{Eigen::Map<const Eigen::VectorXd>(times.data(), n),
                     Eigen::MatrixXd(motion.x.rows(), n),
                     Eigen::MatrixXd(motion.a.rows(), n),
@@ -73,18 +88,10 @@ Trajectory resampled(const Problem& problem, const Trajectory& motion, const std
                     motion.u_lower,
                     motion.u_upper};
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double t = result.t[i];
-    const int p = interval_with(t, points), k = interval_with(t, nodes);
+    const int p = interval_with(result.t[i], points);
     const double h = points[std::size_t(p) + 1] - points[std::size_t(p)];
-    const bool is_first = jumps && p == motion.node(k), is_last = jumps && p + 1 == motion.node(k + 1);
-    const Eigen::VectorXd rate = is_first ? at_ends[std::size_t(k)].col(0) : rates.col(p),
-                          next_rate = is_last ? at_ends[std::size_t(k)].col(1) : rates.col(p + 1);
-    result.x.col(i) =
-        cubic(motion.x.col(p), motion.x.col(p + 1), rate, next_rate, h, (t - points[std::size_t(p)]) / h);
-    const double begin = nodes[std::size_t(k)], end = nodes[std::size_t(k) + 1];
-    const double fraction = (t - begin) / (end - begin);
-    result.a.col(i) = motion.acceleration(k, fraction);
-    result.u.col(i) = motion.control(k, fraction);
+    const Stage<double> s = between.at(p, (result.t[i] - points[std::size_t(p)]) / h);
+    result.x.col(i) = s.x, result.a.col(i) = s.a, result.u.col(i) = s.u;
   }
   return result;
 }

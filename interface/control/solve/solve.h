@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Solves an optimal control problem, refines its mesh until the motion is true, and verifies it.
+//
+//   const Solution s = solve(problem);
+//   if (s.success()) plot(s.motion.t, s.motion.x);
+//   else std::cerr << s.verdict() << "\n";
+//   for (const MeshRound& mesh : s.meshes) std::cerr << mesh.intervals << ": " << mesh.cost << "\n";
+//
+// Use this function unless the mesh is given: optimise() (optimise.h) solves on one mesh.  `dyntape solve` and Python's
+// Problem.solve call the same loop.
+//
+// Steps: optimise() on the first mesh.  While the verification finds an interval whose re-simulation differs, a row that is passed
+// between points, or costs that the quadrature misses, split the intervals where that is, and solve again from the last motion.  If more
+// than a quarter of the intervals is at fault, halve all.  If asked for (`cost_change`), solve on finer meshes until the cost does
+// not change; these split the intervals in which the controls of the last two meshes differ most.
+//
+// The first mesh: options.mesh, as for optimise().  With `is_graded`, a node behind each instant at which a constraint stands
+// (at_fraction()), because controls may jump there.
+//
+// Errors: those of optimise() on the first mesh.  A finer mesh that cannot be solved is given up: Solution::refinement_trouble.
+#pragma once
+
+#include <memory>
+
+#include <dyntape/interface/control/solve/optimise.h>
+
+namespace dyntape {
+
+struct SolveOptions : OptimiseOptions {
+  int refinements = 12;       // at most
+  int most_intervals = 5000;  // of all phases together
+  double cost_change =
+      1e-4;  // most that the cost may change from the last mesh but one to the last, relative; infinite: not asked
+  bool is_graded = true;
+};
+
+// options.solver's limits of iterations and time hold for all meshes together.
+Solution solve(const Problem& problem, const SolveOptions& options = {});
+Solution solve(const Phases& phases, const SolveOptions& options = {});
+
+// Of each interval of a phase, how far it is from what is demanded: above 1 the demand is not met.
+using MeshFaults = std::vector<Eigen::VectorXd>;
+
+// The loop alone, for callers who solved the first mesh themselves, or who demand more of a motion.
+struct RefineSteps {
+  int refinements = 0, most_intervals = 0;
+  double cost_change = HUGE_VAL;
+  std::function<OptimiseOptions()> options;                           // for the next mesh
+  std::function<void(const Solution&, MeshFaults&)> add_faults = {};  // of demands besides the verification's
+  std::function<void(StagedNlp& finer)> prepare = {};
+  std::function<void(int intervals)> begin = {};     // is told of each finer mesh
+  std::function<void(const Solution&)> solved = {};  // and of what came of it
+};
+// Replaces `program` and `solution` by those of the finest mesh that was solved.
+void refine(std::unique_ptr<StagedNlp>& program, Solution& solution, const RefineSteps& steps);
+
+// A row for Solution::meshes.
+MeshRound round_of(const Solution& solution);
+
+// Variables of a program on another mesh: the motions of all its phases, interpolated and clamped to the variables' bounds.
+std::vector<double> warm_start(const std::vector<Trajectory>& motions, const StagedNlp& program);
+
+}  // namespace dyntape
