@@ -46,7 +46,8 @@ std::string begun_at(const Begin& begin) {
 
 template <class Base>
 void check_length(const Tape<Base>& tape) {
-  if (tape.begin.abort_op_index != 0 && tape.graph.size() > tape.begin.abort_op_index)
+  if (tape.begin.abort_op_index == 0) return;
+  if (tape.graph.size() > tape.begin.abort_op_index)
     refuse_recording("Independent: operation " + std::to_string(tape.begin.abort_op_index) +
                      ", at which the recording" + begun_at(tape.begin) + " was told to stop, is reached");
 }
@@ -78,6 +79,7 @@ void Tape<Base>::guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expecte
                        int line) {
   const NodeId a = node(x), b = node(y), condition = graph.make(op, a, b);
   if (graph.is_constant(condition)) return;
+  check_length(*this);
   if (guarded.insert(condition).second) guards.push_back({condition, expected, file, line});
 }
 
@@ -101,7 +103,7 @@ Kind Tape<Base>::kind(NodeId id) {
 // What folded to a constant is one.
 template <class Base>
 AD<Base> Tape<Base>::result(NodeId id, const Base& value) {
-  if (begin.abort_op_index != 0) check_length(*this);
+  check_length(*this);
   if (graph.is_constant(id)) return AD<Base>(Base(graph.constant_value(id)));
   return {value, id, serial};
 }
@@ -291,12 +293,13 @@ std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::siz
     recording->prints.push_back({outputs.size(), outputs.size() + 1, print.before, print.after});
     outputs.insert(outputs.end(), {print.flag, print.value});
   }
-  Function function = live_part(tape->graph, outputs, tape->guards);
+  Function function = live_part(tape->graph, outputs, tape->guards);  // with all guards
   function.name = "cppad";
   function.inputs = {tape->variables.size(), tape->dynamics.size(), tape->captured.size()};
   recording->sizes = sizes_of<Base>(function, recording->prints);
   recording->function = std::make_shared<const Function>(std::move(function));
   recording->range = n_y;
+  for (const Guard& guard : tape->guards) recording->guard_places.push_back(guard.condition);
   recording->kernels = std::move(tape->kernels);
   recording->captured = std::move(tape->captured);
   recording->variables = std::move(tape->variables);

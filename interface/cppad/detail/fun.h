@@ -3,9 +3,11 @@
 // What ADFun does, for vectors of one type: the templates of ad_fun.h convert theirs. Compiled once for each base (fun.cpp).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <iosfwd>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,11 +55,15 @@ class Fun {
   // --- sparse ones: the values of the entries, and how many sweeps they took ---
   Pattern jacobian_pattern(bool dependency) const;
   Pattern hessian_pattern(const std::vector<bool>& of_range) const;  // both triangles
+  // jacobian_pattern(), found once until forget_patterns().
+  const Pattern& kept_pattern(bool dependency);
+  std::size_t kept_bytes() const;
+  void forget_patterns() { kept_patterns_ = {}; }
   // The pattern is read where colors are empty.
   std::size_t sparse_jacobian(const Values& x, const Entries& entries, const Pattern& pattern, bool forward,
                               Colors& colors, Values& values);
   std::size_t sparse_hessian(const Values& x, const Values& w, const Entries& entries, const Pattern& pattern,
-                             Colors& colors, Values& values);
+                             bool use_symmetry, Colors& colors, Values& values);
   // The slopes of output i in the selected variables, their places ascending: by the nodes that it depends on.
   void subgraph_reverse(std::size_t q, std::size_t i, const std::vector<bool>& domain,
                         std::vector<std::size_t>& col, Values& dw);
@@ -89,8 +95,9 @@ class Fun {
   std::vector<std::vector<Values>> inputs_;  // of each direction, order by order
   std::size_t orders_ = 0, capacity_ = 0;
   Values dynamics_;
-  std::vector<std::unique_ptr<Run>> runs_;  // one a direction
-  bool stale_ = true;                       // inputs have changed since they ran
+  std::vector<std::unique_ptr<Run>> runs_;               // one a direction
+  bool stale_ = true;                                    // inputs have changed since they ran
+  std::array<std::optional<Pattern>, 2> kept_patterns_;  // of slopes, of dependencies
   std::size_t change_count_ = 1;
   bool checks_nan_ = true, told_nan_ = false, throws_on_change_ = false;
 };

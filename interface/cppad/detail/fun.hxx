@@ -255,11 +255,11 @@ std::size_t Fun<Base>::changes() const {
 
 template <class Base>
 std::size_t Fun<Base>::change_op_index() const {
-  if (change_count_ == 0 || runs_.empty() || stale_) return 0;
+  if (change_count_ == 0 || runs_.empty() || stale_ || recording_->guard_places.empty()) return 0;
   std::size_t guard = runs_[0]->taylor.violated_guard(0);
   for (std::size_t k = 1; k < change_count_ && guard != SIZE_MAX; ++k)
     guard = runs_[0]->taylor.violated_guard(guard + 1);
-  return guard == SIZE_MAX ? 0 : recording_->function->guards[guard].condition;
+  return guard == SIZE_MAX ? 0 : recording_->guard_places[guard];
 }
 
 }  // namespace CppAD::inline dyntape_names::detail
