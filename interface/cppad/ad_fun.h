@@ -138,7 +138,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
     if (i >= Range())
       detail::refuse("Parameter: result " + std::to_string(i) + " does not exist; there are " +
                      std::to_string(Range()));
-    return core().recording().output_is_parameter[i];
+    return core().is_parameter(i);
   }
   void function_name_set(const std::string& name) { name_ = name; }
   const std::string& function_name_get() const { return name_; }
@@ -282,7 +282,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   }
 
  private:
-  detail::RecordingSizes sizes() const { return fun_ ? fun_->recording().sizes : detail::RecordingSizes{}; }
+  detail::RecordingSizes sizes() const { return fun_ ? fun_->sizes() : detail::RecordingSizes{}; }
 
   using Sparse = detail::SparseCalls<ADFun<Base, RecBase>, Base>;
   std::shared_ptr<detail::Fun<Base>> fun_;

@@ -31,6 +31,8 @@ class Fun {
   std::shared_ptr<const Recording<Base>> shared() const { return recording_; }
   std::size_t domain() const;
   std::size_t range() const { return recording_->range; }
+  bool is_parameter(std::size_t i);  // a result that depends on no variable
+  const RecordingSizes& sizes();
   void new_dynamic(const Values& p);
   const Values& dynamics() const { return dynamics_; }
 
@@ -95,8 +97,10 @@ class Fun {
   std::vector<std::vector<Values>> inputs_;  // of each direction, order by order
   std::size_t orders_ = 0, capacity_ = 0;
   Values dynamics_;
-  std::vector<std::unique_ptr<Run>> runs_;               // one a direction
-  bool stale_ = true;                                    // inputs have changed since they ran
+  std::vector<std::unique_ptr<Run>> runs_;  // one a direction
+  bool stale_ = true;                       // inputs have changed since they ran
+  std::optional<RecordingSizes> sizes_;     // found when somebody asks, as the next two are
+  std::optional<std::vector<bool>> is_parameter_;
   std::array<std::optional<Pattern>, 2> kept_patterns_;  // of slopes, of dependencies
   std::size_t change_count_ = 1;
   bool checks_nan_ = true, told_nan_ = false, throws_on_change_ = false;

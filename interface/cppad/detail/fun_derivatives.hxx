@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <dyntape/interface/cppad/detail/patterns.h>
-
 namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
@@ -48,7 +46,7 @@ std::vector<Base> Fun<Base>::jacobian(const Values& x) {
   start_at(x);
   Values J(m * n);
   std::size_t results = 0;
-  for (std::size_t i = 0; i < m; ++i) results += !recording_->output_is_parameter[i];
+  for (std::size_t i = 0; i < m; ++i) results += !is_parameter(i);
   // What users give of an atomic function is order one in reverse rather than forward.
   if (recording_->kernels.empty() ? n <= results : n < results) {
     for (std::size_t j = 0; j < n; ++j) {
@@ -58,7 +56,7 @@ std::vector<Base> Fun<Base>::jacobian(const Values& x) {
     settle(*this, x);
   } else {
     for (std::size_t i = 0; i < m; ++i) {
-      if (recording_->output_is_parameter[i]) {
+      if (is_parameter(i)) {
         std::fill_n(J.begin() + static_cast<std::ptrdiff_t>(i * n), n, Base(0));
         continue;
       }
@@ -252,8 +250,8 @@ void Fun<Base>::optimize(bool without_compare, bool without_print) {
   shorter->guard_places.clear();
   if (without_print) function.outputs.resize(range()), shorter->prints.clear();
   shorter->function = std::make_shared<const Function>(compact(function));
-  shorter->sizes = count_sizes<Base>(*shorter->function, shorter->prints);
   recording_ = shorter;
+  sizes_.reset();
   runs_.clear();
   stale_ = true;
   orders_ = 0;
@@ -264,10 +262,8 @@ std::shared_ptr<Fun<AD<Base>>> Fun<Base>::on_recorded() const requires kIsBase<A
   auto recording = std::make_shared<Recording<AD<Base>>>();
   recording->function = recording_->function;
   recording->range = recording_->range;
-  recording->output_is_parameter = recording_->output_is_parameter;
   recording->prints = recording_->prints;
   recording->kernels = recording_->kernels;
-  recording->sizes = recording_->sizes;
   recording->captured.assign(recording_->captured.begin(), recording_->captured.end());
   recording->variables.assign(recording_->variables.begin(), recording_->variables.end());
   recording->dynamics.assign(dynamics_.begin(), dynamics_.end());

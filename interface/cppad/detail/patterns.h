@@ -25,7 +25,8 @@ void color_lines(const char* what, const Entries& entries, const Pattern& patter
 // The same for a symmetric matrix of n columns, of which an entry is found in its own column or, mirrored, in that of its row.
 void color_symmetric(const char* what, const Entries& entries, const Pattern& pattern, std::size_t n,
                      Colors& colors);
-template <class Base>
 RecordingSizes count_sizes(const Function& function, const std::vector<Print>& prints);
+// Which of the first `range` outputs depend on no variable.
+std::vector<bool> parameters_of(const Function& function, std::size_t range);
 
 }  // namespace CppAD::inline dyntape_names::detail

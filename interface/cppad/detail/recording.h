@@ -60,14 +60,12 @@ template <class Base>
 struct Recording {
   std::shared_ptr<const Function> function;  // of variables, dynamic parameters, and what is captured
   std::size_t range = 0;                     // the first of its outputs are the user's
-  std::vector<bool> output_is_parameter;
   std::vector<Print> prints;
   std::vector<std::size_t>
       guard_places;  // of their conditions, as Independent counts operations; empty: not known
   Kernels kernels;
   std::vector<Base> captured;             // what a base that records took for a constant
   std::vector<Base> variables, dynamics;  // their values when it was recorded
-  RecordingSizes sizes;
 };
 
 // --- recorded.cpp, for every base ---
