@@ -241,9 +241,8 @@ SlopeArguments slope_arguments(Op op) {
 
 const SlopeArguments& known_slope_arguments(Op op) {
   static const auto table = [] {
-    std::vector<SlopeArguments> rows;
-#define OP(name, ...) rows.push_back(slope_arguments(Op::name));
-#include <dyntape/autodiff/graph/ops.def>
+    std::array<SlopeArguments, std::size(ops::kDerivatives)> rows{};
+    for (std::size_t row = 0; row < rows.size(); ++row) rows[row] = slope_arguments(static_cast<Op>(row));
     return rows;
   }();
   return table[static_cast<std::size_t>(op)];
