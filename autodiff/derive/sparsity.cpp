@@ -6,6 +6,7 @@
 #include <numeric>
 #include <span>
 
+#include <dyntape/autodiff/derive/expr.h>
 #include <dyntape/autodiff/graph/callee.h>
 
 namespace dyntape {
@@ -214,7 +215,107 @@ void sweep_up(const Graph& graph, const std::vector<NodeId>& outputs, std::size_
   }
 }
 
+bool is_variable(const Node& node) {
+  return node.op == Op::Input && node.a == static_cast<NodeId>(Block::kVariables);
+}
+
+// Bit j of [i]: whether the slope of the operator in argument i depends on argument j.
+using SlopeArguments = std::array<unsigned, 3>;
+
+SlopeArguments slope_arguments(Op op) {
+  Graph graph;
+  const GraphScope scope(graph);
+  const auto argument = [&](std::uint32_t i) { return Expr(graph.input(Block::kVariables, i)); };
+  const Expr x = argument(0), y = argument(1), z = argument(2), v(graph.input(Block::kParameters, 0));
+  const int n = info(op).arity;
+  const Expr r(graph.make(op, x.id, n > 1 ? y.id : kNoNode, n > 2 ? z.id : kNoNode));
+  SlopeArguments depends{};
+  for (int i = 0; i < n; ++i) {
+    const Expr s = slope<Expr>(op, i, x, y, z, r, v);
+    if (!s.exists()) continue;
+    for (std::uint32_t j : jacobian_sparsity(graph, {s.id}, 3).col)
+      depends[static_cast<std::size_t>(i)] |= 1u << j;
+  }
+  return depends;
+}
+
+const SlopeArguments& known_slope_arguments(Op op) {
+  static const auto table = [] {
+    std::array<SlopeArguments, std::size(ops::kDerivatives)> rows{};
+    for (std::size_t row = 0; row < rows.size(); ++row) rows[row] = slope_arguments(static_cast<Op>(row));
+    return rows;
+  }();
+  return table[static_cast<std::size_t>(op)];
+}
+
+// For 64 variables a bit each: which of them a node depends on by slopes, and which its adjoint depends on.
+class HessianBits {
+ public:
+  HessianBits(const Graph& graph, const std::vector<NodeId>& outputs)
+      : graph_(graph), is_live_(graph.size(), 0), values_(graph.size()), adjoints_(graph.size()) {
+    for (NodeId id : outputs) is_live_[id] = 1;
+    for (auto id = static_cast<NodeId>(graph.size()); id-- > 0;) {
+      if (is_live_[id]) for_each_slope(graph, id, [&](NodeId a) { is_live_[a] = 1; });
+    }
+  }
+
+  // Appends the columns base ... base + 63 to the rows.
+  void run(std::size_t base, Rows& rows) {
+    for (NodeId id = 0; id < graph_.size(); ++id) {
+      const Node& node = graph_[id];
+      std::uint64_t b = 0;
+      if (node.op == Op::Input) {
+        if (is_variable(node) && node.b - base < 64) b = std::uint64_t(1) << (node.b - base);
+      } else if (is_live_[id]) {
+        for_each_slope(graph_, id, [&](NodeId a) { b |= values_[a]; });
+      }
+      values_[id] = b;
+      adjoints_[id] = 0;
+    }
+    for (auto id = static_cast<NodeId>(graph_.size()); id-- > 0;) {
+      if (!is_live_[id]) continue;
+      const Node& node = graph_[id];
+      if (is_variable(node)) {
+        append(adjoints_[id], base, rows[node.b]);
+      } else if (node.op == Op::Result) {
+        for_each_slope(graph_, id, [&](NodeId a) { adjoints_[a] |= adjoints_[id] | values_[id]; });
+      } else if (node.op != Op::Input && node.op != Op::Const && node.op != Op::Call) {
+        pass_down(id, node);
+      }
+    }
+  }
+
+ private:
+  void pass_down(NodeId id, const Node& node) {
+    const SlopeArguments& depends = known_slope_arguments(node.op);
+    const int n = info(node.op).arity;
+    for (int i = 0; i < n; ++i) {
+      if (!has_slope(node.op, i)) continue;
+      std::uint64_t b = adjoints_[id];
+      for (int j = 0; j < n; ++j) {
+        if (depends[static_cast<std::size_t>(i)] >> j & 1) b |= values_[node.argument(j)];
+      }
+      adjoints_[node.argument(i)] |= b;
+    }
+  }
+  static void append(std::uint64_t bits, std::size_t base, std::vector<std::uint32_t>& row) {
+    for (; bits; bits &= bits - 1)
+      row.push_back(static_cast<std::uint32_t>(base + static_cast<std::size_t>(__builtin_ctzll(bits))));
+  }
+
+  const Graph& graph_;
+  std::vector<std::uint8_t> is_live_;
+  std::vector<std::uint64_t> values_, adjoints_;
+};
+
 }  // namespace
+
+Pattern hessian_sparsity(const Graph& graph, const std::vector<NodeId>& outputs, std::size_t n_x) {
+  Rows rows(n_x);
+  HessianBits bits(graph, outputs);
+  for (std::size_t base = 0; base < n_x; base += 64) bits.run(base, rows);
+  return pattern_from_rows(rows, n_x);
+}
 
 Pattern jacobian_sparsity(const Graph& graph, const std::vector<NodeId>& outputs, std::size_t n_x) {
   constexpr std::size_t kFewSweeps = 4;

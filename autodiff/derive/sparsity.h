@@ -21,4 +21,9 @@ Pattern jacobian_sparsity(const Function& function);
 // The same of any nodes of a graph of n_x variables.
 Pattern jacobian_sparsity(const Graph& graph, const std::vector<NodeId>& outputs, std::size_t n_x);
 
+// (n_x x n_x), both triangles: the second derivatives of the sum of the outputs.  Operator by operator, for 64 variables at a time: entries
+// that cancel between operators are there, unlike those of sparse_hessian() (derive.h), which takes ten times as long.  A call counts as
+// nonlinear in all pairs of what a result depends on.
+Pattern hessian_sparsity(const Graph& graph, const std::vector<NodeId>& outputs, std::size_t n_x);
+
 }  // namespace dyntape

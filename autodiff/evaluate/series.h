@@ -48,6 +48,7 @@ class Series {
     return s;
   }
   void become(const T& constant) { size_ = 1, gated_ = false, few_[0] = constant; }
+  void become_nothing() { size_ = 0, gated_ = false; }
   static Series of(std::initializer_list<T> coefficients) {
     Series s;
     s.resize(coefficients.size());

@@ -130,6 +130,26 @@ struct SeriesArguments {
   const Series<T>* of[3];
 
   bool moves(int i) const { return has_slope(op, i) && of[i]->moves(); }
+  // Whether the first coefficient is a sum of slopes in numbers: what passes on conditions, or does not move although it is a series, is
+  // no number.
+  bool slopes_are_numbers() const {
+    if (op == Op::Min || op == Op::Max || op == Op::Select) return false;
+    for (int i = 0; i < info(op).arity; ++i) {
+      if (moves(i) && SeriesNumber<T>::is_zero((*of[i])[1])) return false;
+    }
+    return true;
+  }
+  T first_slope(const T& value) const {
+    T sum(0);
+    bool any = false;
+    for (int i = 0; i < info(op).arity; ++i) {
+      if (!moves(i)) continue;
+      const T s = slope<T>(op, i, (*of[0])[0], (*of[1])[0], (*of[2])[0], value, (*of[i])[1]);
+      sum = any ? T(sum + s) : s;
+      any = true;
+    }
+    return sum;
+  }
   // The sum of the slopes times v_i, with arguments and result to n coefficients.
   template <class Direction>
   Series<T> passage(std::size_t n, const Series<T>& r, Direction&& v) const {
@@ -281,6 +301,14 @@ Series<T> evaluate_series(Op op, const Series<T>& x, const Series<T>& y, const S
     n = n == 1 ? size : std::min(n, size);
   }
   if (n == 1) return Series<T>::constant(value);
+  if constexpr (SeriesNumber<T>::kKnown) {
+    if (n == 2 && arguments.slopes_are_numbers()) {
+      Series<T> r = Series<T>::constant(value);
+      r.resize(2);
+      r[1] = arguments.first_slope(value);
+      return r;
+    }
+  }
   if (op == Op::Exp) return detail::exp_series(x, value);
   if (op == Op::Sqrt) return detail::sqrt_series(x, value);
   if (op == Op::Pow && y.moves() && detail::has_logarithm(x)) return detail::power_series(x, y, value);

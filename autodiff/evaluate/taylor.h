@@ -60,7 +60,10 @@ class Taylor {
 
  private:
   void forward_call(NodeId id);
-  bool reverse_number(const Node& node, const T& adjoint, Many& adjoints) const;
+  static bool arithmetic(Op op, const Series<T>& x, const Series<T>& y, Series<T>& r);
+  static void add_to(Series<T>& sum, const Series<T>& more, bool minus);
+  bool are_numbers(const Many& of_outputs) const;
+  void reverse_numbers(const Many& of_outputs, Many& of_variables) const;
   void reverse_node(NodeId id, Many& adjoints) const;
   void reverse_call(NodeId call, const Many& of_results, std::size_t orders, Many& adjoints) const;
   std::shared_ptr<const SeriesKernel<T>> kernel_of(NodeId call) const;
@@ -71,6 +74,9 @@ class Taylor {
   Many values_;
   bool moves_ = false;         // whether some input does
   std::vector<Many> results_;  // of call number i
+  mutable Many adjoints_;      // memory of reverse(), for the next one
+  mutable std::vector<T> numbers_;
+  mutable std::vector<std::uint8_t> is_met_;
 };
 
 }  // namespace dyntape

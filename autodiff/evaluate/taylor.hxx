@@ -39,6 +39,22 @@ class RecordedSeries : public SeriesKernel<T> {
 
 }  // namespace detail
 
+// Most of what there is, without a look into the table.
+template <class T>
+T number_of_op(Op op, const T& x, const T& y, const T& z) {
+  if constexpr (SeriesNumber<T>::kKnown) {
+    if (op == Op::Mul) return x * y;
+    if (op == Op::Add) return x + y;
+    if (op == Op::Sub) return x - y;
+  }
+  return SeriesNumber<T>::evaluate(op, x, y, z);
+}
+
+// Whether an adjoint passes as a number: not where zero differs from nothing.
+constexpr bool passes_numbers(Op op) {
+  return op != Op::Azmul && op != Op::Gate && op != Op::Min && op != Op::Max && op != Op::Select;
+}
+
 template <class T>
 Taylor<T>::Taylor(std::shared_ptr<const Function> function, SeriesKernels<T> kernels)
     : function_(std::move(function)), kernels_(std::move(kernels)) {}
@@ -73,9 +89,10 @@ void Taylor<T>::forward(const Many& x, const Many& p, const Many& w) {
         const Series<T>&x = values_[node.a], &y = values_[n > 1 ? node.b : node.a],
               &z = values_[n > 2 ? node.c : node.a];
         if (!moves_) {
-          values_[id].become(SeriesNumber<T>::evaluate(node.op, x[0], y[0], z[0]));
+          values_[id].become(number_of_op(node.op, x[0], y[0], z[0]));
           break;
         }
+        if (arithmetic(node.op, x, y, values_[id])) break;
         values_[id] = evaluate_series(node.op, x, y, z);
         if (values_[id].is_nothing()) values_[id] = Series<T>(0.0);  // a closed gate
       }
@@ -143,48 +160,115 @@ void Taylor<T>::reverse_call(NodeId call, const Many& of_results, std::size_t or
   });
 }
 
-// Arithmetic of numbers, which is most of what there is, without series: the same cells written out.
+// + - * / of series of numbers, in place; false: another operator.
 template <class T>
-bool Taylor<T>::reverse_number(const Node& node, const T& v, Many& adjoints) const {
-  const auto pass = [&](NodeId to, const T& slope) {
-    Series<T>& adjoint = adjoints[to];
-    adjoint.become(adjoint.is_nothing() ? slope : T(adjoint[0] + slope));
-  };
-  switch (node.op) {
-    case Op::Add:
-      return pass(node.a, v), pass(node.b, v), true;
-    case Op::Sub:
-      return pass(node.a, v), pass(node.b, -v), true;
-    case Op::Neg:
-      return pass(node.a, -v), true;
-    case Op::Mul:
-      return pass(node.a, v * values_[node.b][0]), pass(node.b, v * values_[node.a][0]), true;
-    default:
-      return false;
+bool Taylor<T>::arithmetic(Op op, const Series<T>& x, const Series<T>& y, Series<T>& r) {
+  if constexpr (!SeriesNumber<T>::kKnown) return false;
+  if (op != Op::Add && op != Op::Sub && op != Op::Mul) return false;
+  const std::size_t n = detail::common_size(x, y);
+  r.become(T(0));
+  r.resize(n);
+  if (op == Op::Mul) {
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t first = y.moves() ? 0 : k, last = x.moves() ? k : 0;
+      T sum = x[first] * y[k - first];
+      for (std::size_t j = first + 1; j <= last; ++j) sum = sum + x[j] * y[k - j];
+      r[k] = sum;
+    }
+    return true;
   }
+  for (std::size_t k = 0; k < n; ++k) {
+    const bool in_x = k < x.size(), in_y = k < y.size();
+    r[k] = !in_y ? x[k] : op == Op::Add ? (in_x ? x[k] + y[k] : y[k]) : in_x ? x[k] - y[k] : -y[k];
+  }
+  return true;
+}
+
+template <class T>
+void Taylor<T>::add_to(Series<T>& sum, const Series<T>& more, bool minus) {
+  if constexpr (SeriesNumber<T>::kKnown) {
+    if (sum.size() == more.size()) {
+      for (std::size_t k = 0; k < more.size(); ++k) sum[k] = minus ? sum[k] - more[k] : sum[k] + more[k];
+      return;
+    }
+  }
+  sum = detail::sum(sum, more, minus);
 }
 
 template <class T>
 void Taylor<T>::reverse_node(NodeId id, Many& adjoints) const {
   const Node& node = function_->graph[id];
-  const Series<T> v = adjoints[id];
-  if constexpr (SeriesNumber<T>::kKnown) {
-    if (!moves_ && !v.moves() && reverse_number(node, v[0], adjoints)) return;
-  }
+  const Series<T>& v = adjoints[id];
   const int n = info(node.op).arity;
   const Series<T>&x = values_[node.a], &y = values_[n > 1 ? node.b : node.a],
         &z = values_[n > 2 ? node.c : node.a];
+  if (node.op == Op::Add || node.op == Op::Sub) {
+    add_to(adjoints[node.a], v, false);
+    return add_to(adjoints[node.b], v, node.op == Op::Sub);
+  }
   for (int i = 0; i < n; ++i) {
     if (!has_slope(node.op, i) || function_->graph.is_constant(node.argument(i))) continue;
-    Series<T>& of_argument = adjoints[node.argument(i)];
-    of_argument = detail::sum(of_argument, slope<Series<T>>(node.op, i, x, y, z, values_[id], v), false);
+    add_to(adjoints[node.argument(i)], slope<Series<T>>(node.op, i, x, y, z, values_[id], v), false);
+  }
+}
+
+// Whether reverse() meets nothing but numbers.
+template <class T>
+bool Taylor<T>::are_numbers(const Many& of_outputs) const {
+  if (!SeriesNumber<T>::kKnown || moves_ || !function_->graph.callees().empty()) return false;
+  return std::none_of(of_outputs.begin(), of_outputs.end(), [](const Series<T>& s) { return s.moves(); });
+}
+
+template <class T>
+void Taylor<T>::reverse_numbers(const Many& of_outputs, Many& of_variables) const {
+  const Graph& graph = function_->graph;
+  numbers_.resize(graph.size());
+  is_met_.assign(graph.size(), 0);
+  const auto pass = [&](NodeId to, const T& v) {
+    numbers_[to] = is_met_[to] ? T(numbers_[to] + v) : v;
+    is_met_[to] = 1;
+  };
+  for (std::size_t i = 0; i < function_->n_y(); ++i) {
+    if (!of_outputs[i].is_nothing()) pass(function_->outputs[i], of_outputs[i][0]);
+  }
+  for (auto id = static_cast<NodeId>(graph.size()); id-- > 0;) {
+    if (!is_met_[id]) continue;
+    const Node& node = graph[id];
+    const T v = numbers_[id];
+    if (node.op == Op::Mul) {
+      pass(node.a, v * values_[node.b][0]), pass(node.b, v * values_[node.a][0]);
+    } else if (node.op == Op::Add || node.op == Op::Sub) {
+      pass(node.a, v), pass(node.b, node.op == Op::Add ? v : -v);
+    } else if (node.op == Op::Input) {
+      if (node.a == static_cast<NodeId>(Block::kVariables)) of_variables[node.b] = Series<T>::constant(v);
+    } else if (node.op != Op::Const) {
+      const int n = info(node.op).arity;
+      const Series<T>&x = values_[node.a], &y = values_[n > 1 ? node.b : node.a],
+            &z = values_[n > 2 ? node.c : node.a];
+      const bool as_number = passes_numbers(node.op) && v != T(0);
+      for (int i = 0; i < n; ++i) {
+        if (!has_slope(node.op, i) || graph.is_constant(node.argument(i))) continue;
+        if (as_number) {
+          pass(node.argument(i), slope<T>(node.op, i, x[0], y[0], z[0], values_[id][0], v));
+          continue;
+        }
+        const auto s = slope<Series<T>>(node.op, i, x, y, z, values_[id], Series<T>::constant(v));
+        if (!s.is_nothing()) pass(node.argument(i), s[0]);
+      }
+    }
   }
 }
 
 template <class T>
 std::vector<Series<T>> Taylor<T>::reverse(const Many& of_outputs, std::size_t orders) const {
   const Graph& graph = function_->graph;
-  Many adjoints(graph.size()), of_variables(function_->n_x());
+  Many of_variables(function_->n_x());
+  if constexpr (SeriesNumber<T>::kKnown) {
+    if (are_numbers(of_outputs)) return reverse_numbers(of_outputs, of_variables), of_variables;
+  }
+  Many& adjoints = adjoints_;
+  adjoints.resize(graph.size());
+  for (Series<T>& adjoint : adjoints) adjoint.become_nothing();
   std::map<NodeId, Many> of_calls;  // adjoints of the results of calls
   for (std::size_t i = 0; i < function_->n_y(); ++i) {
     if (of_outputs[i].is_nothing()) continue;

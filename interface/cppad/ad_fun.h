@@ -110,11 +110,13 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   ADFun& operator=(ADFun&&) noexcept = default;
   ADFun(const ADFun&) = delete;  // as in CppAD; assignment copies
   ADFun& operator=(const ADFun& other) {
-    if (this != &other)
-      fun_ = other.fun_ ? std::make_shared<detail::Fun<Base>>(*other.fun_) : nullptr, name_ = other.name_;
+    if (this == &other) return *this;
+    Sparse::operator=(other);
+    fun_ = other.fun_ ? std::make_shared<detail::Fun<Base>>(*other.fun_) : nullptr;
+    name_ = other.name_;
     return *this;
   }
-  void swap(ADFun& other) { std::swap(fun_, other.fun_), std::swap(name_, other.name_); }
+  void swap(ADFun& other) { std::swap(*this, other); }
 
   template <class ADVector>
   void Dependent(const ADVector& x, const ADVector& y) {
@@ -136,7 +138,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
     if (i >= Range())
       detail::refuse("Parameter: result " + std::to_string(i) + " does not exist; there are " +
                      std::to_string(Range()));
-    return core().recording().output_is_parameter[i];
+    return core().is_parameter(i);
   }
   void function_name_set(const std::string& name) { name_ = name; }
   const std::string& function_name_get() const { return name_; }
@@ -150,7 +152,6 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Size size_dyn_arg() const { return sizes().dynamic_arguments; }
   Size size_text() const { return sizes().text; }
   Size size_VecAD() const { return 0; }  // arrays with recorded indices are conditions on elements
-  Size size_random() const { return 0; }
   Size size_op_seq() const { return sizes().operations * 16 + sizes().constants * sizeof(Base); }
   Size number_skip() const { return 0; }
   bool exceed_collision_limit() const { return false; }
@@ -224,7 +225,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   // --- branches and numbers ---
   void compare_change_count(Size count) { core().count_changes(count); }
   Size compare_change_number() const { return core().changes(); }
-  Size compare_change_op_index() const { return core().change_op_index(); }
+  Size compare_change_op_index() const { return core().change_op_index(); }  // 0 after optimize()
   Size CompareChange() const { return core().changes(); }
   // Ours: Forward throws GuardViolation, with the place of the comparison, instead of counting.
   void check_branches(bool yes) { core().throws_on_change() = yes; }
@@ -261,6 +262,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   void from_json(const std::string& text) { from_graph(cpp_graph::from_json(text)); }
 
   // --- for the layer ---
+  bool has_function() const { return fun_ != nullptr; }
   detail::Fun<Base>& core() const {
     if (!fun_) detail::refuse_recording("ADFun: the function is empty; nothing has been recorded into it");
     return *fun_;
@@ -280,8 +282,9 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   }
 
  private:
-  detail::RecordingSizes sizes() const { return fun_ ? fun_->recording().sizes : detail::RecordingSizes{}; }
+  detail::RecordingSizes sizes() const { return fun_ ? fun_->sizes() : detail::RecordingSizes{}; }
 
+  using Sparse = detail::SparseCalls<ADFun<Base, RecBase>, Base>;
   std::shared_ptr<detail::Fun<Base>> fun_;
   std::string name_;
 };

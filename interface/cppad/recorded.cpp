@@ -4,6 +4,7 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/cppad/detail/patterns.h>
 #include <dyntape/interface/cppad/detail/tape.h>
 
 namespace CppAD::inline dyntape_names::detail {
@@ -46,9 +47,33 @@ std::string begun_at(const Begin& begin) {
 
 template <class Base>
 void check_length(const Tape<Base>& tape) {
-  if (tape.begin.abort_op_index != 0 && tape.graph.size() > tape.begin.abort_op_index)
+  if (tape.begin.abort_op_index == 0) return;
+  if (tape.graph.size() > tape.begin.abort_op_index)
     refuse_recording("Independent: operation " + std::to_string(tape.begin.abort_op_index) +
                      ", at which the recording" + begun_at(tape.begin) + " was told to stop, is reached");
+}
+
+// Of the nodes up to the last one; those that are there are known.
+void find_kinds(const Graph& graph, NodeId last, std::vector<Kind>& kinds) {
+  for (auto next = static_cast<NodeId>(kinds.size()); next <= last; ++next) {
+    const Node& node = graph[next];
+    Kind kind = Kind::kConstant;
+    if (node.op == Op::Input) {
+      kind = node.a == static_cast<NodeId>(Block::kVariables)    ? Kind::kVariable
+             : node.a == static_cast<NodeId>(Block::kParameters) ? Kind::kDynamic
+                                                                 : Kind::kConstant;
+    } else {
+      graph.for_each_argument(next, [&](NodeId a) { kind = std::max(kind, kinds[a]); });
+    }
+    kinds.push_back(kind);
+  }
+}
+
+std::vector<Kind> kinds_of(const Graph& graph) {
+  std::vector<Kind> kinds;
+  kinds.reserve(graph.size());
+  if (graph.size() > 0) find_kinds(graph, static_cast<NodeId>(graph.size() - 1), kinds);
+  return kinds;
 }
 
 }  // namespace
@@ -78,30 +103,20 @@ void Tape<Base>::guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expecte
                        int line) {
   const NodeId a = node(x), b = node(y), condition = graph.make(op, a, b);
   if (graph.is_constant(condition)) return;
+  check_length(*this);
   if (guarded.insert(condition).second) guards.push_back({condition, expected, file, line});
 }
 
 template <class Base>
 Kind Tape<Base>::kind(NodeId id) {
-  for (auto next = static_cast<NodeId>(kinds.size()); next <= id; ++next) {
-    const Node& node = graph[next];
-    Kind kind = Kind::kConstant;
-    if (node.op == Op::Input) {
-      kind = node.a == static_cast<NodeId>(Block::kVariables)    ? Kind::kVariable
-             : node.a == static_cast<NodeId>(Block::kParameters) ? Kind::kDynamic
-                                                                 : Kind::kConstant;
-    } else {
-      graph.for_each_argument(next, [&](NodeId a) { kind = std::max(kind, kinds[a]); });
-    }
-    kinds.push_back(kind);
-  }
+  find_kinds(graph, id, kinds);
   return kinds[id];
 }
 
 // What folded to a constant is one.
 template <class Base>
 AD<Base> Tape<Base>::result(NodeId id, const Base& value) {
-  if (begin.abort_op_index != 0) check_length(*this);
+  check_length(*this);
   if (graph.is_constant(id)) return AD<Base>(Base(graph.constant_value(id)));
   return {value, id, serial};
 }
@@ -242,13 +257,13 @@ void check_independents(const Tape<Base>& tape, const AD<Base>* x, std::size_t n
   }
 }
 
-template <class Base>
-RecordingSizes sizes_of(const Function& function, const std::vector<Print>& prints) {
-  Tape<Base> kinds;  // of the nodes that are left
-  kinds.graph = function.graph;
+}  // namespace
+
+RecordingSizes count_sizes(const Function& function, const std::vector<Print>& prints) {
+  const std::vector<Kind> kinds = kinds_of(function.graph);
   RecordingSizes sizes;
   for (NodeId id = 0; id < function.graph.size(); ++id) {
-    const Kind kind = kinds.kind(id);
+    const Kind kind = kinds[id];
     const Op op = function.graph[id].op;
     std::size_t arguments = 0;
     function.graph.for_each_argument(id, [&](NodeId) { ++arguments; });
@@ -265,11 +280,11 @@ RecordingSizes sizes_of(const Function& function, const std::vector<Print>& prin
   return sizes;
 }
 
-}  // namespace
-
-template <class Base>
-RecordingSizes count_sizes(const Function& function, const std::vector<Print>& prints) {
-  return sizes_of<Base>(function, prints);
+std::vector<bool> parameters_of(const Function& function, std::size_t range) {
+  const std::vector<Kind> kinds = kinds_of(function.graph);
+  std::vector<bool> are_parameters(range);
+  for (std::size_t i = 0; i < range; ++i) are_parameters[i] = kinds[function.outputs[i]] != Kind::kVariable;
+  return are_parameters;
 }
 
 template <class Base>
@@ -283,20 +298,17 @@ std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::siz
   set_open_tape<Base>(nullptr);
   auto recording = std::make_shared<Recording<Base>>();
   std::vector<NodeId> outputs;
-  for (std::size_t i = 0; i < n_y; ++i) {
-    outputs.push_back(tape->node(y[i]));
-    recording->output_is_parameter.push_back(tape->kind(outputs.back()) != Kind::kVariable);
-  }
+  for (std::size_t i = 0; i < n_y; ++i) outputs.push_back(tape->node(y[i]));
   for (const auto& print : tape->prints) {
     recording->prints.push_back({outputs.size(), outputs.size() + 1, print.before, print.after});
     outputs.insert(outputs.end(), {print.flag, print.value});
   }
-  Function function = live_part(tape->graph, outputs, tape->guards);
+  Function function = live_part(tape->graph, outputs, tape->guards);  // with all guards
   function.name = "cppad";
   function.inputs = {tape->variables.size(), tape->dynamics.size(), tape->captured.size()};
-  recording->sizes = sizes_of<Base>(function, recording->prints);
   recording->function = std::make_shared<const Function>(std::move(function));
   recording->range = n_y;
+  for (const Guard& guard : tape->guards) recording->guard_places.push_back(guard.condition);
   recording->kernels = std::move(tape->kernels);
   recording->captured = std::move(tape->captured);
   recording->variables = std::move(tape->variables);
@@ -319,7 +331,6 @@ std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::siz
   template std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>&,                      \
                                              const std::shared_ptr<const KernelInSeries>&,              \
                                              const std::vector<AD<Base>>&, const std::vector<Base>&);   \
-  template RecordingSizes count_sizes<Base>(const Function&, const std::vector<Print>&);                \
   template std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>*, std::size_t,           \
                                                                 const AD<Base>*, std::size_t);
 DYNTAPE_CPPAD_BASE(float)

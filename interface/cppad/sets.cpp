@@ -24,8 +24,8 @@ void check_entries(std::size_t n, std::size_t expected, std::size_t rows, std::s
 }
 
 Sets sets_of(const Pattern& pattern) {
-  Sets sets{pattern.cols, std::vector<std::set<std::size_t>>(pattern.rows)};
-  for (std::size_t k = 0; k < pattern.nnz(); ++k) sets.sets[pattern.row[k]].insert(pattern.col[k]);
+  Sets sets{pattern.cols, std::vector<std::vector<std::size_t>>(pattern.rows)};
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) sets.sets[pattern.row[k]].push_back(pattern.col[k]);
   return sets;
 }
 
@@ -36,19 +36,32 @@ Pattern pattern_of(const Sets& sets) {
 }
 
 Sets transposed(const Sets& sets) {
-  Sets turned{sets.sets.size(), std::vector<std::set<std::size_t>>(sets.cols)};
+  Sets turned{sets.sets.size(), std::vector<std::vector<std::size_t>>(sets.cols)};
   for (std::size_t i = 0; i < sets.sets.size(); ++i) {
-    for (std::size_t j : sets.sets[i]) turned.sets[j].insert(i);
+    for (std::size_t j : sets.sets[i]) turned.sets[j].push_back(i);
   }
   return turned;
 }
 
 Sets product(const Sets& a, const Sets& b) {
-  Sets c{b.cols, std::vector<std::set<std::size_t>>(a.sets.size())};
+  Sets c{b.cols, std::vector<std::vector<std::size_t>>(a.sets.size())};
+  std::vector<std::size_t> met_by(b.cols, SIZE_MAX);
   for (std::size_t i = 0; i < a.sets.size(); ++i) {
-    for (std::size_t k : a.sets[i]) c.sets[i].insert(b.sets[k].begin(), b.sets[k].end());
+    for (std::size_t k : a.sets[i]) {
+      for (std::size_t j : b.sets[k]) {
+        if (met_by[j] != i) met_by[j] = i, c.sets[i].push_back(j);
+      }
+    }
+    std::sort(c.sets[i].begin(), c.sets[i].end());
   }
   return c;
+}
+
+void sort_rows(Sets& sets) {
+  for (auto& row : sets.sets) {
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+  }
 }
 
 void keep_selected(Sets& sets, const std::vector<bool>& rows, const std::vector<bool>& cols) {
@@ -86,6 +99,8 @@ bool read_optimize_options(const std::string& options, const std::string& asked)
   }
   return found;
 }
+
+bool uses_symmetry(const std::string& coloring) { return coloring.find(".general") == std::string::npos; }
 
 void check_coloring(const char* what, const std::string& name) {
   constexpr std::array kKnown = {"cppad",         "colpack",           "cppad.symmetric",

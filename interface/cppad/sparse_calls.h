@@ -9,7 +9,7 @@
 //   f.SparseJacobian(x);                                                // dense rows, the old way
 //
 // Patterns are exact where structure says so: of branches both count, and dependency = true adds what comparisons, signs and
-// steps depend on.  Colourings are ours whatever the name.
+// steps depend on.  Colourings are ours; those of Hessians that are called symmetric use that an entry stands in two columns.
 #pragma once
 
 #include <set>
@@ -30,15 +30,15 @@ struct sparse_hes_work {
   void clear() { colors = {}; }
   detail::Colors colors;
 };
-// Of the old calls; color_method is read by nobody.
+// Of the old calls.
 struct sparse_jacobian_work {
   std::string color_method = "cppad";
-  void clear() { colors = {}; }
+  void clear() { *this = {}; }
   detail::Colors colors;
 };
 struct sparse_hessian_work {
   std::string color_method = "cppad.symmetric";
-  void clear() { colors = {}; }
+  void clear() { *this = {}; }
   detail::Colors colors;
 };
 
@@ -94,11 +94,13 @@ class SparseCalls {
                          sparse_rc<V>& S) {
     fun().check("subgraph_sparsity: select_domain", select_domain.size(), fun().domain());
     fun().check("subgraph_sparsity: select_range", select_range.size(), fun().range());
-    Sets j = sets_of(fun().jacobian_pattern(true));
+    Sets j = sets_of(fun().kept_pattern(true));
     keep_selected(j, bools_of(select_range), bools_of(select_domain));
     to_rc(j, transpose, S);
   }
-  void clear_subgraph() {}
+  // The patterns that the subgraph calls keep for the next ones, in bytes; forgets them.
+  Size size_random() const { return static_cast<const Self&>(*this).has_function() ? fun().kept_bytes() : 0; }
+  void clear_subgraph() { fun().forget_patterns(); }
 
   // --- the old calls: patterns as vectors of bools, row by row, or of sets ---
   template <class VectorSet>
@@ -152,7 +154,7 @@ class SparseCalls {
     std::vector<Base> found;
     const Size sweeps =
         fun().sparse_hessian(Self::values(x), Self::values(w), entries(subset.row(), subset.col()),
-                             read(pattern, work.colors), work.colors, found);
+                             read(pattern, work.colors), uses_symmetry(coloring), work.colors, found);
     for (Size k = 0; k < found.size(); ++k) subset.set(k, found[k]);
     return sweeps;
   }
@@ -160,7 +162,7 @@ class SparseCalls {
   void subgraph_jac_rev(const BaseVector& x, sparse_rcv<V, BaseVector>& subset) {
     Colors colors;
     std::vector<Base> found;
-    fun().sparse_jacobian(Self::values(x), entries(subset.row(), subset.col()), fun().jacobian_pattern(false),
+    fun().sparse_jacobian(Self::values(x), entries(subset.row(), subset.col()), fun().kept_pattern(false),
                           false, colors, found);
     for (Size k = 0; k < found.size(); ++k) subset.set(k, found[k]);
   }
@@ -168,7 +170,7 @@ class SparseCalls {
   void subgraph_jac_rev(const BoolVector& select_domain, const BoolVector& select_range, const BaseVector& x,
                         sparse_rcv<V, BaseVector>& matrix_out) {
     sparse_rc<V> pattern;
-    Sets j = sets_of(fun().jacobian_pattern(false));
+    Sets j = sets_of(fun().kept_pattern(false));
     keep_selected(j, bools_of(select_range), bools_of(select_domain));
     to_rc(j, false, pattern);
     matrix_out = sparse_rcv<V, BaseVector>(pattern);
@@ -229,9 +231,9 @@ class SparseCalls {
   Size SparseHessian(const BaseVector& x, const BaseVector& w, const VectorSet& p, const SizeVector& row,
                      const SizeVector& col, BaseVector& hes, sparse_hessian_work& work) {
     std::vector<Base> found;
-    const Size sweeps =
-        fun().sparse_hessian(Self::values(x), Self::values(w), entries(row, col),
-                             read(p, fun().domain(), fun().domain(), work.colors), work.colors, found);
+    const Size sweeps = fun().sparse_hessian(Self::values(x), Self::values(w), entries(row, col),
+                                             read(p, fun().domain(), fun().domain(), work.colors),
+                                             uses_symmetry(work.color_method), work.colors, found);
     hes = Self::template made<BaseVector>(found);
     return sweeps;
   }
@@ -243,6 +245,9 @@ class SparseCalls {
     Size range() const { return core.range(); }
     Pattern jacobian_pattern(bool dependency) const { return core.jacobian_pattern(dependency); }
     Pattern hessian_pattern(const std::vector<bool>& r) const { return core.hessian_pattern(r); }
+    const Pattern& kept_pattern(bool dependency) const { return core.kept_pattern(dependency); }
+    Size kept_bytes() const { return core.kept_bytes(); }
+    void forget_patterns() const { core.forget_patterns(); }
     std::vector<Base> jacobian(const std::vector<Base>& x) const { return core.jacobian(x); }
     std::vector<Base> hessian(const std::vector<Base>& x, const std::vector<Base>& w) const {
       return core.hessian(x, w);
@@ -300,8 +305,13 @@ class SparseCalls {
   }
   void keep_entries(std::vector<Base>& dense, const Sets& sets) const {
     for (Size i = 0; i < sets.sets.size(); ++i) {
+      auto next = sets.sets[i].begin();
       for (Size j = 0; j < sets.cols; ++j) {
-        if (!sets.sets[i].count(j)) dense[i * sets.cols + j] = Base(0);
+        if (next != sets.sets[i].end() && *next == j) {
+          ++next;
+        } else {
+          dense[i * sets.cols + j] = Base(0);
+        }
       }
     }
   }

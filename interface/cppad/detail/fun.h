@@ -3,9 +3,11 @@
 // What ADFun does, for vectors of one type: the templates of ad_fun.h convert theirs. Compiled once for each base (fun.cpp).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <iosfwd>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +31,8 @@ class Fun {
   std::shared_ptr<const Recording<Base>> shared() const { return recording_; }
   std::size_t domain() const;
   std::size_t range() const { return recording_->range; }
+  bool is_parameter(std::size_t i);  // a result that depends on no variable
+  const RecordingSizes& sizes();
   void new_dynamic(const Values& p);
   const Values& dynamics() const { return dynamics_; }
 
@@ -53,11 +57,15 @@ class Fun {
   // --- sparse ones: the values of the entries, and how many sweeps they took ---
   Pattern jacobian_pattern(bool dependency) const;
   Pattern hessian_pattern(const std::vector<bool>& of_range) const;  // both triangles
+  // jacobian_pattern(), found once until forget_patterns().
+  const Pattern& kept_pattern(bool dependency);
+  std::size_t kept_bytes() const;
+  void forget_patterns() { kept_patterns_ = {}; }
   // The pattern is read where colors are empty.
   std::size_t sparse_jacobian(const Values& x, const Entries& entries, const Pattern& pattern, bool forward,
                               Colors& colors, Values& values);
   std::size_t sparse_hessian(const Values& x, const Values& w, const Entries& entries, const Pattern& pattern,
-                             Colors& colors, Values& values);
+                             bool use_symmetry, Colors& colors, Values& values);
   // The slopes of output i in the selected variables, their places ascending: by the nodes that it depends on.
   void subgraph_reverse(std::size_t q, std::size_t i, const std::vector<bool>& domain,
                         std::vector<std::size_t>& col, Values& dw);
@@ -91,6 +99,9 @@ class Fun {
   Values dynamics_;
   std::vector<std::unique_ptr<Run>> runs_;  // one a direction
   bool stale_ = true;                       // inputs have changed since they ran
+  std::optional<RecordingSizes> sizes_;     // found when somebody asks, as the next two are
+  std::optional<std::vector<bool>> is_parameter_;
+  std::array<std::optional<Pattern>, 2> kept_patterns_;  // of slopes, of dependencies
   std::size_t change_count_ = 1;
   bool checks_nan_ = true, told_nan_ = false, throws_on_change_ = false;
 };

@@ -9,6 +9,7 @@
 #include <dyntape/autodiff/graph/function.h>
 #include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/detail/fun.h>
+#include <dyntape/interface/cppad/detail/patterns.h>
 
 namespace dyntape {
 
@@ -85,6 +86,18 @@ template <class Base>
 void Fun<Base>::check_index(const char* what, std::size_t i, std::size_t n) const {
   if (i < n) return;
   refuse(std::string(what) + " " + std::to_string(i) + " does not exist; there are " + std::to_string(n));
+}
+
+template <class Base>
+bool Fun<Base>::is_parameter(std::size_t i) {
+  if (!is_parameter_) is_parameter_ = parameters_of(*recording_->function, range());
+  return (*is_parameter_)[i];
+}
+
+template <class Base>
+const RecordingSizes& Fun<Base>::sizes() {
+  if (!sizes_) sizes_ = count_sizes(*recording_->function, recording_->prints);
+  return *sizes_;
 }
 
 template <class Base>
@@ -255,11 +268,11 @@ std::size_t Fun<Base>::changes() const {
 
 template <class Base>
 std::size_t Fun<Base>::change_op_index() const {
-  if (change_count_ == 0 || runs_.empty() || stale_) return 0;
+  if (change_count_ == 0 || runs_.empty() || stale_ || recording_->guard_places.empty()) return 0;
   std::size_t guard = runs_[0]->taylor.violated_guard(0);
   for (std::size_t k = 1; k < change_count_ && guard != SIZE_MAX; ++k)
     guard = runs_[0]->taylor.violated_guard(guard + 1);
-  return guard == SIZE_MAX ? 0 : recording_->function->guards[guard].condition;
+  return guard == SIZE_MAX ? 0 : recording_->guard_places[guard];
 }
 
 }  // namespace CppAD::inline dyntape_names::detail

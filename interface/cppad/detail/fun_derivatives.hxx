@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <dyntape/autodiff/derive/sparsity.h>
-#include <dyntape/interface/cppad/detail/patterns.h>
-
 namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
@@ -49,8 +46,9 @@ std::vector<Base> Fun<Base>::jacobian(const Values& x) {
   start_at(x);
   Values J(m * n);
   std::size_t results = 0;
-  for (std::size_t i = 0; i < m; ++i) results += !recording_->output_is_parameter[i];
-  if (n <= results) {
+  for (std::size_t i = 0; i < m; ++i) results += !is_parameter(i);
+  // What users give of an atomic function is order one in reverse rather than forward.
+  if (recording_->kernels.empty() ? n <= results : n < results) {
     for (std::size_t j = 0; j < n; ++j) {
       const Values dy = slopes(unit<Base>(n, j));
       for (std::size_t i = 0; i < m; ++i) J[i * n + j] = dy[i];
@@ -58,7 +56,7 @@ std::vector<Base> Fun<Base>::jacobian(const Values& x) {
     settle(*this, x);
   } else {
     for (std::size_t i = 0; i < m; ++i) {
-      if (recording_->output_is_parameter[i]) {
+      if (is_parameter(i)) {
         std::fill_n(J.begin() + static_cast<std::ptrdiff_t>(i * n), n, Base(0));
         continue;
       }
@@ -170,36 +168,35 @@ std::size_t Fun<Base>::sparse_jacobian(const Values& x, const Entries& entries, 
   color_lines("sparse_jac", entries, pattern, m, n, !forward, colors);
   start_at(x);
   values.assign(entries.row.size(), Base(0));
-  for (std::size_t c = 0; c < colors.count; ++c) {
+  for (std::size_t c = 0; c < colors.count(); ++c) {
     const Values seed = seed_of<Base>(colors, c, forward ? n : m);
     const Values found = forward ? slopes(seed) : reverse(1, seed);
-    for (std::size_t e = 0; e < values.size(); ++e) {
-      const std::size_t mine = forward ? entries.col[e] : entries.row[e];
-      if (colors.color[mine] == c && colors.in_pattern[e])
-        values[e] = found[forward ? entries.row[e] : entries.col[e]];
-    }
+    for (const Colors::Source& source : colors.sources[c]) values[source.entry] = found[source.at];
   }
   settle(*this, x);
-  return colors.count;
+  return colors.count();
 }
 
 template <class Base>
 std::size_t Fun<Base>::sparse_hessian(const Values& x, const Values& w, const Entries& entries,
-                                      const Pattern& pattern, Colors& colors, Values& values) {
+                                      const Pattern& pattern, bool use_symmetry, Colors& colors,
+                                      Values& values) {
   const std::size_t n = domain();
   check_size("sparse_hes: x", x.size(), n);
   check_size("sparse_hes: w", w.size(), range());
-  color_lines("sparse_hes", entries, pattern, n, n, false, colors);
+  if (use_symmetry) {
+    color_symmetric("sparse_hes", entries, pattern, n, colors);
+  } else {
+    color_lines("sparse_hes", entries, pattern, n, n, false, colors);
+  }
   start_at(x);
   values.assign(entries.row.size(), Base(0));
-  for (std::size_t c = 0; c < colors.count; ++c) {
+  for (std::size_t c = 0; c < colors.count(); ++c) {
     const Values found = second_order(seed_of<Base>(colors, c, n), w);
-    for (std::size_t e = 0; e < values.size(); ++e) {
-      if (colors.color[entries.col[e]] == c && colors.in_pattern[e]) values[e] = found[entries.row[e]];
-    }
+    for (const Colors::Source& source : colors.sources[c]) values[source.entry] = found[source.at];
   }
   settle(*this, x);
-  return colors.count;
+  return colors.count();
 }
 
 template <class Base>
@@ -211,10 +208,11 @@ void Fun<Base>::subgraph_reverse(std::size_t q, std::size_t i, const std::vector
   const Values all = reverse(q, w);
   col.clear();
   dw.assign(all.size(), Base(0));
-  const Pattern pattern = jacobian_pattern(false);
-  for (std::size_t e = 0; e < pattern.nnz(); ++e) {
+  const Pattern& pattern = kept_pattern(false);
+  const auto first = std::lower_bound(pattern.row.begin(), pattern.row.end(), i) - pattern.row.begin();
+  for (auto e = static_cast<std::size_t>(first); e < pattern.nnz() && pattern.row[e] == i; ++e) {
     const std::size_t j = pattern.col[e];
-    if (pattern.row[e] != i || !of_domain[j]) continue;
+    if (!of_domain[j]) continue;
     col.push_back(j);
     for (std::size_t k = 0; k < q; ++k) dw[j * q + k] = all[j * q + k];
   }
@@ -222,9 +220,7 @@ void Fun<Base>::subgraph_reverse(std::size_t q, std::size_t i, const std::vector
 
 template <class Base>
 Pattern Fun<Base>::jacobian_pattern(bool dependency) const {
-  return rows_of(
-      dependency ? dependency_pattern(*recording_->function) : jacobian_sparsity(*recording_->function),
-      range());
+  return first_order_pattern(*recording_->function, range(), dependency, recording_->kernels);
 }
 
 template <class Base>
@@ -233,14 +229,29 @@ Pattern Fun<Base>::hessian_pattern(const std::vector<bool>& of_range) const {
 }
 
 template <class Base>
+const Pattern& Fun<Base>::kept_pattern(bool dependency) {
+  auto& kept = kept_patterns_[dependency];
+  if (!kept) kept = jacobian_pattern(dependency);
+  return *kept;
+}
+
+template <class Base>
+std::size_t Fun<Base>::kept_bytes() const {
+  std::size_t bytes = 0;
+  for (const auto& kept : kept_patterns_) bytes += kept ? sizeof(Pattern) + 8 * kept->nnz() : 0;
+  return bytes;
+}
+
+template <class Base>
 void Fun<Base>::optimize(bool without_compare, bool without_print) {
   auto shorter = std::make_shared<Recording<Base>>(*recording_);
   Function function = *recording_->function;
   if (without_compare) function.guards.clear();
+  shorter->guard_places.clear();
   if (without_print) function.outputs.resize(range()), shorter->prints.clear();
   shorter->function = std::make_shared<const Function>(compact(function));
-  shorter->sizes = count_sizes<Base>(*shorter->function, shorter->prints);
   recording_ = shorter;
+  sizes_.reset();
   runs_.clear();
   stale_ = true;
   orders_ = 0;
@@ -251,10 +262,8 @@ std::shared_ptr<Fun<AD<Base>>> Fun<Base>::on_recorded() const requires kIsBase<A
   auto recording = std::make_shared<Recording<AD<Base>>>();
   recording->function = recording_->function;
   recording->range = recording_->range;
-  recording->output_is_parameter = recording_->output_is_parameter;
   recording->prints = recording_->prints;
   recording->kernels = recording_->kernels;
-  recording->sizes = recording_->sizes;
   recording->captured.assign(recording_->captured.begin(), recording_->captured.end());
   recording->variables.assign(recording_->variables.begin(), recording_->variables.end());
   recording->dynamics.assign(dynamics_.begin(), dynamics_.end());

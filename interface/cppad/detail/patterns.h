@@ -10,17 +10,23 @@
 
 namespace CppAD::inline dyntape_names::detail {
 
-// Which outputs depend on which variables in any way: also by a comparison, a sign or a step.
-Pattern dependency_pattern(const Function& function);
-// Of the sum of some outputs, both triangles.  Of kernels that derivation cannot enter: all pairs.
+// Which of the first `range` outputs have a slope in which variables, or depend on them in any way: also by a comparison, a sign or a step.
+Pattern first_order_pattern(const Function& function, std::size_t range, bool dependency,
+                            const Kernels& kernels);
+// Of the sum of some outputs, both triangles.  Of a kernel that does not say: all pairs.
 Pattern second_order_pattern(const Function& function, std::size_t range, const std::vector<bool>& of_range,
                              const Kernels& kernels);
-Pattern rows_of(const Pattern& pattern, std::size_t rows);  // the first
+// The same function, with patterns in its kernels: for derivation.
+Function with_patterns(const Function& function, const Kernels& kernels);
 // Groups the columns of the entries (or their rows): those that meet in no row of the pattern share a group.  ArgumentError if the pattern
 // is not n_rows x n_cols.  Groups that there are already are kept, and the pattern is not read; ArgumentError if they are of other entries.
 void color_lines(const char* what, const Entries& entries, const Pattern& pattern, std::size_t n_rows,
                  std::size_t n_cols, bool rows, Colors& colors);
-template <class Base>
+// The same for a symmetric matrix of n columns, of which an entry is found in its own column or, mirrored, in that of its row.
+void color_symmetric(const char* what, const Entries& entries, const Pattern& pattern, std::size_t n,
+                     Colors& colors);
 RecordingSizes count_sizes(const Function& function, const std::vector<Print>& prints);
+// Which of the first `range` outputs depend on no variable.
+std::vector<bool> parameters_of(const Function& function, std::size_t range);
 
 }  // namespace CppAD::inline dyntape_names::detail

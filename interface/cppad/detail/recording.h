@@ -36,6 +36,8 @@ struct KernelInSeries {
   virtual std::shared_ptr<const SeriesKernel<double>> of(double) const { return nullptr; }
   virtual std::shared_ptr<const SeriesKernel<AD<double>>> of(AD<double>) const { return nullptr; }
   virtual std::shared_ptr<const SeriesKernel<AD<AD<double>>>> of(AD<AD<double>>) const { return nullptr; }
+  // The pattern of the Jacobian, or of all dependencies; false: that of the callee.
+  virtual bool jacobian(bool /*dependency*/, Pattern&) const { return false; }
   // The pattern of the Hessian of result i, both triangles; false: all pairs of what it depends on.
   virtual bool hessian(std::size_t, Pattern&) const { return false; }
   virtual KernelName called() const { return {}; }
@@ -58,12 +60,12 @@ template <class Base>
 struct Recording {
   std::shared_ptr<const Function> function;  // of variables, dynamic parameters, and what is captured
   std::size_t range = 0;                     // the first of its outputs are the user's
-  std::vector<bool> output_is_parameter;
   std::vector<Print> prints;
+  std::vector<std::size_t>
+      guard_places;  // of their conditions, as Independent counts operations; empty: not known
   Kernels kernels;
   std::vector<Base> captured;             // what a base that records took for a constant
   std::vector<Base> variables, dynamics;  // their values when it was recorded
-  RecordingSizes sizes;
 };
 
 // --- recorded.cpp, for every base ---

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstddef>
-#include <set>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -16,7 +15,7 @@ namespace CppAD::inline dyntape_names::detail {
 
 struct Sets {
   std::size_t cols = 0;
-  std::vector<std::set<std::size_t>> sets;
+  std::vector<std::vector<std::size_t>> sets;  // ascending, each once
 };
 
 // --- sets.cpp ---
@@ -24,11 +23,13 @@ Sets sets_of(const Pattern& pattern);
 Pattern pattern_of(const Sets& sets);
 Sets transposed(const Sets& sets);
 Sets product(const Sets& a, const Sets& b);
+void sort_rows(Sets& sets);
 void keep_selected(Sets& sets, const std::vector<bool>& rows, const std::vector<bool>& cols);
 std::vector<bool> selected(const Sets& one_row);
 // Whether `asked` is among the options; ArgumentError for words that are none.
 bool read_optimize_options(const std::string& options, const std::string& asked);
 void check_coloring(const char* what, const std::string& name);
+bool uses_symmetry(const std::string& coloring);
 
 template <class V>
 std::vector<std::size_t> sizes_of(const V& v) {
@@ -49,7 +50,8 @@ Sets sets_of(const sparse_rc<V>& rc, bool transpose) {
   Sets sets{transpose ? rc.nr() : rc.nc(), {}};
   sets.sets.resize(transpose ? rc.nc() : rc.nr());
   for (std::size_t k = 0; k < rc.nnz(); ++k)
-    sets.sets[transpose ? rc.col()[k] : rc.row()[k]].insert(transpose ? rc.row()[k] : rc.col()[k]);
+    sets.sets[transpose ? rc.col()[k] : rc.row()[k]].push_back(transpose ? rc.row()[k] : rc.col()[k]);
+  sort_rows(sets);
   return sets;
 }
 
@@ -75,20 +77,21 @@ inline constexpr bool kIsOfSets = requires(const Vector& v) {
 template <class Vector>
 Sets sets_of(const Vector& v, std::size_t rows, std::size_t cols, bool transpose) {
   check_entries(std::size_t(v.size()), kIsOfSets<Vector> ? rows : rows * cols, rows, cols);
-  Sets sets{cols, std::vector<std::set<std::size_t>>(rows)};
+  Sets sets{cols, std::vector<std::vector<std::size_t>>(rows)};
   for (std::size_t i = 0; i < rows; ++i) {
     if constexpr (kIsOfSets<Vector>) {
       for (std::size_t j : v[i]) {
         if (j >= cols)
           refuse("a sparsity pattern has column " + std::to_string(j) + " of " + std::to_string(cols));
-        sets.sets[i].insert(j);
+        sets.sets[i].push_back(j);
       }
     } else {
       for (std::size_t j = 0; j < cols; ++j) {
-        if (v[i * cols + j]) sets.sets[i].insert(j);
+        if (v[i * cols + j]) sets.sets[i].push_back(j);
       }
     }
   }
+  sort_rows(sets);
   return transpose ? transposed(sets) : sets;
 }
 
@@ -103,7 +106,8 @@ Vector to_vector(const Sets& of, bool transpose) {
   } else {
     Vector v(rows * sets.cols);
     for (std::size_t i = 0; i < rows; ++i) {
-      for (std::size_t j = 0; j < sets.cols; ++j) v[i * sets.cols + j] = sets.sets[i].count(j) > 0;
+      for (std::size_t j = 0; j < sets.cols; ++j) v[i * sets.cols + j] = false;
+      for (std::size_t j : sets.sets[i]) v[i * sets.cols + j] = true;
     }
     return v;
   }

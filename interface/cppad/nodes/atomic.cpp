@@ -66,12 +66,6 @@ struct AtomicKernels {
 };
 
 template <class Base>
-void set_pattern(const AtomicAt<Base>& at, Callee& callee) {
-  sparse_rc<vector<std::size_t>> entries;
-  if (at.function().jacobian_entries(at.call, entries)) callee.pattern = pattern_of(sets_of(entries, false));
-}
-
-template <class Base>
 std::shared_ptr<const Callee> atomic_callee(const AtomicAt<Base>& at) {
   Kernel kernel;
   if constexpr (std::is_same_v<Base, double>) {
@@ -85,7 +79,6 @@ std::shared_ptr<const Callee> atomic_callee(const AtomicAt<Base>& at) {
     callee->jvp = [at] { return AtomicKernels::forward_1(at); };
     callee->vjp = [at] { return AtomicKernels::reverse_1(at); };
   }
-  set_pattern(at, *callee);
   return callee;
 }
 

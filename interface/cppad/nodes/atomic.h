@@ -77,8 +77,8 @@ class AtomicFunction {
                         vector<Base>& px, const vector<Base>& py) = 0;
   virtual bool adjoints(const Call& call, std::size_t up, const vector<AD<Base>>& tx,
                         const vector<AD<Base>>& ty, vector<AD<Base>>& px, const vector<AD<Base>>& py) = 0;
-  // Entries of the Jacobian, and of the Hessian of output i (both triangles).
-  virtual bool jacobian_entries(const Call&, Sparsity&) { return false; }
+  // Entries of the Jacobian or of all dependencies, and of the Hessian of output i (both triangles).  Asked for by patterns only.
+  virtual bool jacobian_entries(const Call&, bool /*dependency*/, Sparsity&) { return false; }
   virtual bool hessian_entries(const Call&, std::size_t, Sparsity&) { return false; }
 
   // y = f(x), recorded where x is.
@@ -177,9 +177,9 @@ class atomic_four : public detail::AtomicFunction<Base> {
   static vector<bool> zeros(const Call& call) {
     return call.which([](ad_type_enum type) { return type == identical_zero_enum; });
   }
-  bool jacobian_entries(const Call& call, Sparsity& pattern) override {
-    return jac_sparsity(call.id, false, zeros(call), moving(call), call.all_out(), pattern) ||
-           jac_sparsity(call.id, false, moving(call), call.all_out(), pattern);
+  bool jacobian_entries(const Call& call, bool dependency, Sparsity& pattern) override {
+    return jac_sparsity(call.id, dependency, zeros(call), moving(call), call.all_out(), pattern) ||
+           jac_sparsity(call.id, dependency, moving(call), call.all_out(), pattern);
   }
   bool hessian_entries(const Call& call, std::size_t i, Sparsity& pattern) override {
     vector<bool> only = Call::constant_bools(call.n_out, false);
@@ -255,8 +255,8 @@ class atomic_three : public detail::AtomicFunction<Base> {
   bool result_types(const Call& call, Types& types) override {
     return for_type(call.parameters, types_of(call), types);
   }
-  bool jacobian_entries(const Call& call, Sparsity& pattern) override {
-    return jac_sparsity(call.parameters, types_of(call), false, moving(call), call.all_out(), pattern);
+  bool jacobian_entries(const Call& call, bool dependency, Sparsity& pattern) override {
+    return jac_sparsity(call.parameters, types_of(call), dependency, moving(call), call.all_out(), pattern);
   }
   bool hessian_entries(const Call& call, std::size_t i, Sparsity& pattern) override {
     vector<bool> only = Call::constant_bools(call.n_out, false);

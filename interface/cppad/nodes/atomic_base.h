@@ -151,7 +151,7 @@ class atomic_base : public detail::AtomicFunction<Base> {
            give(h, n, n, false, pattern);
   }
   using Sets = vector<std::set<std::size_t>>;
-  bool jacobian_entries(const Call& call, Sparsity& pattern) override {
+  bool jacobian_entries(const Call& call, bool, Sparsity& pattern) override {
     return jacobian_by<vector<bool>>(call, pattern) || jacobian_by<vectorBool>(call, pattern) ||
            jacobian_by<Sets>(call, pattern);
   }

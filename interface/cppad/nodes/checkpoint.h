@@ -57,8 +57,8 @@ class CheckpointCall : public AtomicFunction<Base> {
     return true;
   }
   using Sparsity = sparse_rc<vector<std::size_t>>;
-  bool jacobian_entries(const Call&, Sparsity& pattern) override {
-    to_rc(sets_of(f_.core().jacobian_pattern(false)), false, pattern);
+  bool jacobian_entries(const Call&, bool dependency, Sparsity& pattern) override {
+    to_rc(sets_of(f_.core().jacobian_pattern(dependency)), false, pattern);
     return true;
   }
   bool hessian_entries(const Call& call, std::size_t i, Sparsity& pattern) override {

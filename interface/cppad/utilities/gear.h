@@ -18,33 +18,32 @@ namespace CppAD::inline dyntape_names {
 
 namespace detail {
 
-// Slopes at T[m] of Lagrange's polynomials of T[0] ... T[m]: p'(T[m]) = sum of weights[j] p(T[j]).
+// Slope at T[at] of the polynomial p through m + 1 points: the sum of weights[j] p(T[j]).
 template <class Scalar, class Vector>
-vector<Scalar> backward_weights(std::size_t m, const Vector& T) {
+vector<Scalar> slope_weights(std::size_t m, std::size_t at, const Vector& T) {
   vector<Scalar> weights(m + 1);
-  weights[m] = Scalar(0);
-  for (std::size_t j = 0; j < m; ++j) {
-    Scalar weight = Scalar(1) / (T[j] - T[m]);
-    for (std::size_t k = 0; k < m; ++k) {
-      if (k != j) weight = weight * (T[m] - T[k]) / (T[j] - T[k]);
+  weights[at] = Scalar(0);
+  for (std::size_t j = 0; j <= m; ++j) {
+    if (j == at) continue;
+    Scalar weight = Scalar(1) / (T[j] - T[at]);
+    for (std::size_t k = 0; k <= m; ++k) {
+      if (k != j && k != at) weight = weight * (T[at] - T[k]) / (T[j] - T[k]);
     }
     weights[j] = weight;
-    weights[m] = weights[m] + Scalar(1) / (T[m] - T[j]);
+    weights[at] = weights[at] + Scalar(1) / (T[at] - T[j]);
   }
   return weights;
 }
 
-// The polynomial through the m points before, at T[m].
+// The value at T[m] of the polynomial through the m points before that has the slope f at the last of them.
 template <class Scalar, class Vector>
-Vector extrapolated(std::size_t m, std::size_t n, const Vector& T, const Vector& X) {
+Vector predicted(std::size_t m, std::size_t n, const Vector& T, const Vector& X, const Vector& f) {
+  const vector<Scalar> weights = slope_weights<Scalar>(m, m - 1, T);
   Vector x(n);
-  for (std::size_t i = 0; i < n; ++i) x[i] = Scalar(0);
-  for (std::size_t j = 0; j < m; ++j) {
-    Scalar weight(1);
-    for (std::size_t k = 0; k < m; ++k) {
-      if (k != j) weight = weight * (T[m] - T[k]) / (T[j] - T[k]);
-    }
-    for (std::size_t i = 0; i < n; ++i) x[i] = x[i] + weight * X[j * n + i];
+  for (std::size_t i = 0; i < n; ++i) {
+    x[i] = f[i];
+    for (std::size_t j = 0; j < m; ++j) x[i] = x[i] - weights[j] * X[j * n + i];
+    x[i] = x[i] / weights[m];
   }
   return x;
 }
@@ -52,14 +51,16 @@ Vector extrapolated(std::size_t m, std::size_t n, const Vector& T, const Vector&
 }  // namespace detail
 
 // T (m + 1): ascending times.  X ((m + 1) n): the solution at them, [j n + i]; that of T[m] is set.  e (n): by how much it differs from the
-// polynomial of degree m - 1 through the points before, whose error is of one order less.
+// prediction by the polynomial through the points before and the slope at the last of them.
 template <class Fun, class Vector>
 void OdeGear(Fun& F, std::size_t m, std::size_t n, const Vector& T, Vector& X, Vector& e) {
   using Scalar = std::remove_cvref_t<decltype(X[0])>;
   if (m == 0 || n == 0) detail::refuse("OdeGear: m or n is 0, expected at least 1");
-  const vector<Scalar> weights = detail::backward_weights<Scalar>(m, T);
-  const Vector start = detail::extrapolated<Scalar>(m, n, T, X);
-  Vector x = start, f(n), f_x(n * n), slope(n), step(n);
+  const vector<Scalar> weights = detail::slope_weights<Scalar>(m, m, T);
+  Vector x(n), f(n), f_x(n * n), slope(n), step(n);
+  for (std::size_t i = 0; i < n; ++i) x[i] = X[(m - 1) * n + i];
+  F.Ode(T[m - 1], x, f);
+  const Vector start = x = detail::predicted<Scalar>(m, n, T, X, f);
   for (int iteration = 0; iteration < 10; ++iteration) {  // Newton's, of sum of weights X - f = 0
     F.Ode(T[m], x, f);
     F.Ode_dep(T[m], x, f_x);
@@ -87,7 +88,7 @@ void OdeGear(Fun& F, std::size_t m, std::size_t n, const Vector& T, Vector& X, V
 }
 
 // Integrates from ti to tf with steps between smin and smax (at the start between sini and smax) such that the error stays
-// within eabs + erel maxabs.  ef: the sum of the errors; maxabs: the largest |x|; nstep: steps, those that were tried in vain too.
+// within (eabs + erel |x|) step / (tf - ti).  ef: the sum of the errors; maxabs: the largest |x|; nstep: steps, those that were tried in vain too.
 template <class Scalar, class Vector, class Fun>
 Vector OdeGearControl(Fun& F, std::size_t M, const Scalar& ti, const Scalar& tf, const Vector& xi,
                       const Scalar& smin, const Scalar& smax, Scalar& sini, const Vector& eabs,
@@ -115,8 +116,7 @@ Vector OdeGearControl(Fun& F, std::size_t M, const Scalar& ti, const Scalar& tf,
     ++nstep;
     Scalar ratio(4);  // of what is allowed to what there is
     for (std::size_t i = 0; i < n; ++i) {
-      const Scalar bound =
-          (eabs[i] + erel * larger(maxabs[i], detail::size_of(X[m * n + i]))) * step / (tf - ti);
+      const Scalar bound = (eabs[i] + erel * detail::size_of(X[m * n + i])) * step / (tf - ti);
       const Scalar rounding = Scalar(1e-14) * detail::size_of(X[m * n + i]);
       if (rounding < e[i]) ratio = smaller(ratio, bound / e[i]);
     }

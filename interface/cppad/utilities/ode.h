@@ -136,7 +136,9 @@ Vector Rosen34(Fun& F, std::size_t M, const Float& ti, const Float& tf, const Ve
   return Rosen34(F, M, ti, tf, xi, e);
 }
 
-// Steps between smin and smax such that the error stays within eabs + erel |x|; method.step(ta, tb, xa, xb, eb), method.order().
+// Integrates from ti to tf with steps between smin and smax; method.step(ta, tb, xa, xb, eb), method.order().  A step is accepted if
+// it is the smallest, or if its error is at most (eabs + erel |x(tb)|) (tb - ta) / (tf - ti).  The last two steps may be as small as
+// smin / 2.  If the smallest step gives NaN, xf and ef are NaN.
 template <class Float, class Vector, class Method>
 Vector OdeErrControl(Method& method, const Float& ti, const Float& tf, const Vector& xi, const Float& smin,
                      const Float& smax, Float& scur, const Vector& eabs, const Float& erel, Vector& ef,
@@ -147,36 +149,40 @@ Vector OdeErrControl(Method& method, const Float& ti, const Float& tf, const Vec
   Vector x = xi, xb(n), eb(n);
   for (std::size_t i = 0; i < n; ++i) ef[i] = Float(0), maxabs[i] = detail::size_of(x[i]);
   nstep = 0;
-  const Float whole = tf - ti;
+  // The error grows with step^order, the bound with step.
+  const Float power = Float(1) / Float(double(method.order() > 1 ? method.order() - 1 : 1));
   Float t = ti, step = larger(smin, smaller(smax, scur));
   while (t < tf) {
-    const bool last = tf <= t + step * Float(1.001);
-    const Float tb = last ? tf : Float(t + step);
+    const Float left = tf - t;
+    const bool last = left <= step * Float(1.001), one_before = !last && left < step * Float(2);
+    const Float tb = last ? tf : Float(t + (one_before ? Float(left / Float(2)) : step)), tried = tb - t;
     method.step(t, tb, x, xb, eb);
     ++nstep;
-    Float room(4);  // by how much the step may grow
+    Float ratio(4);  // of the allowed to the estimated error
     bool finite = true;
     for (std::size_t i = 0; i < n; ++i) {
       finite = finite && !isnan(xb[i]) && !isnan(eb[i]);
-      const Float bound = (eabs[i] + erel * larger(maxabs[i], detail::size_of(xb[i]))) * (tb - t) / whole;
-      if (finite && Float(0) < eb[i]) room = smaller(room, bound / eb[i]);
+      const Float bound = (eabs[i] + erel * detail::size_of(xb[i])) * tried / (tf - ti);
+      if (finite && Float(0) < eb[i]) ratio = smaller(ratio, bound / eb[i]);
     }
-    const bool fits = finite && !(room < Float(1));
-    if (fits || step <= smin) {
-      if (!finite) detail::refuse("OdeErrControl: the smallest step gives what is not a number");
+    if (!finite && tried <= smin) {
+      for (std::size_t i = 0; i < n; ++i) xb[i] = ef[i] = nan(Float(0));
+      return xb;
+    }
+    using std::pow;
+    Float next =
+        tried * (finite ? smaller(Float(2), larger(Float(0.1), Float(0.9) * pow(ratio, power))) : Float(0.5));
+    if (finite && (tried <= smin || !(ratio < Float(1)))) {
       for (std::size_t i = 0; i < n; ++i) {
         ef[i] = ef[i] + eb[i];
         maxabs[i] = larger(maxabs[i], detail::size_of(xb[i]));
         x[i] = xb[i];
       }
       t = tb;
-      if (!last) scur = step;
+      if (last || one_before) next = larger(next, step);  // shortened, and not for its error
+      scur = larger(smin, smaller(smax, next));
     }
-    using std::pow;
-    const Float order(double(method.order()));
-    step = step * (finite ? smaller(Float(2), larger(Float(0.1), Float(0.9) * pow(room, Float(1) / order)))
-                          : Float(0.5));
-    step = larger(smin, smaller(smax, step));
+    step = larger(smin, smaller(smax, next));
   }
   return x;
 }

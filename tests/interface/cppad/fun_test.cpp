@@ -206,6 +206,30 @@ TEST(CppadBranches, ChangesAreCountedAndFound) {
   EXPECT_EQ(f.compare_change_number(), 0u);
 }
 
+// Whose index Independent takes to stop at the comparison.
+TEST(CppadBranches, TheIndexOfAChangeIsThatOfTheRecording) {
+  int compared = 0;
+  const auto code = [&](const AVector& x) -> std::vector<ADouble> {
+    [[maybe_unused]] const ADouble dropped = sin(x[1]) * exp(x[0]);
+    compared = 1;
+    const bool less = x[0] < x[1];
+    compared = 2;
+    return {less ? x[0] : x[1]};
+  };
+  ADFun<double> f = recorded({1, 2}, code);
+  f.Forward(0, DVector{3, 2});
+  const std::size_t index = f.compare_change_op_index();
+  AVector ax{1, 2};
+  Independent(ax, index);
+  EXPECT_NE(sentence_of<dyntape::RecordingError>([&] { code(ax); }), "");
+  EXPECT_EQ(compared, 1);
+  ADouble::abort_recording();
+  f.optimize();
+  f.Forward(0, DVector{3, 2});
+  EXPECT_EQ(f.compare_change_number(), 1u);
+  EXPECT_EQ(f.compare_change_op_index(), 0u) << "there is none after optimize()";
+}
+
 TEST(CppadBranches, AskedToTheyThrowWithThePlace) {
   ADFun<double> f =
       recorded({1}, [](const AVector& x) -> std::vector<ADouble> { return {x[0] < 3 ? x[0] : x[0] * 2}; });

@@ -313,6 +313,46 @@ TEST(CppadAtomic, ReverseAsksForTheOrdersThatItNeeds) {
   expect_near(f.Reverse(1, DVector{1}), {30});
 }
 
+// Its order one is reverse only, and its pattern is asked for by patterns alone.
+class ReverseSquare : public CppAD::atomic_four<double> {
+ public:
+  ReverseSquare() : CppAD::atomic_four<double>("reverse_square") {}
+  bool dependency_was_asked = false;
+
+ private:
+  bool forward(std::size_t, const vector<bool>&, std::size_t, std::size_t up, const vector<double>& tx,
+               vector<double>& ty) override {
+    ty[0] = tx[0] * tx[0];
+    return up == 0;
+  }
+  bool reverse(std::size_t, const vector<bool>&, std::size_t up, const vector<double>& tx,
+               const vector<double>&, vector<double>& px, const vector<double>& py) override {
+    px[0] = 2 * tx[0] * py[0];
+    return up == 0;
+  }
+  bool jac_sparsity(std::size_t, bool dependency, const vector<bool>&, const vector<bool>&,
+                    const vector<bool>&, CppAD::sparse_rc<vector<std::size_t>>& pattern) override {
+    if (!dependency) throw std::logic_error("nobody asked for the pattern of slopes");
+    dependency_was_asked = true;
+    pattern.resize(1, 1, 0);
+    return true;
+  }
+};
+
+TEST(CppadAtomic, OrderOneInReverseIsEnoughForAJacobian) {
+  ReverseSquare square;
+  AVector ax{3}, ay(1);
+  Independent(ax);
+  square(ax, ay);
+  ADFun<double> f(ax, ay);
+  expect_near(f.Jacobian(DVector{5}), {10});
+  CppAD::sparse_rc<Sizes> eye(1, 1, 1), pattern;
+  eye.set(0, 0, 0);
+  f.for_jac_sparsity(eye, false, true, false, pattern);
+  EXPECT_TRUE(square.dependency_was_asked);
+  EXPECT_EQ(pattern.nnz(), 0u);
+}
+
 // 3 p x^2 of a parameter that changes after the call has been recorded; derivatives in x to third order.
 TEST(CppadCheckpoint, NewParametersReachRecordedCalls) {
   std::vector<ADouble> x{2}, p{4}, y(1);

@@ -16,7 +16,6 @@ ADFun<double> function_of(const dyntape::Function& function, const std::vector<d
   auto recording = std::make_shared<CppAD::detail::Recording<double>>();
   recording->function = std::make_shared<const dyntape::Function>(function);
   recording->range = function.n_y();
-  recording->output_is_parameter.assign(function.n_y(), false);
   recording->variables = x;
   recording->dynamics = p;
   return ADFun<double>(std::make_shared<CppAD::detail::Fun<double>>(recording));

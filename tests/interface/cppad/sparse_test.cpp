@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Patterns and sparse derivatives, of both generations, and subgraphs.
+#include <random>
+#include <utility>
+
 #include <set>
 
 #include "programs.h"
@@ -136,6 +139,92 @@ TEST(CppadSparse, HessianEntriesByEveryColouring) {
   }
 }
 
+// x0 (x1 + ... ) + sum of x_j^3: one row and column and the diagonal.
+ADFun<double> arrow(std::size_t n) {
+  return recorded(std::vector<double>(n, 0.5), [](const AVector& x) -> std::vector<ADouble> {
+    ADouble sum = x[0] * x[0] * x[0], others = 0;
+    for (std::size_t j = 1; j < x.size(); ++j) sum += x[j] * x[j] * x[j], others += x[j];
+    return {sum + x[0] * others};
+  });
+}
+
+TEST(CppadSparse, SymmetryHalvesNoRowButSavesSweeps) {
+  const std::size_t n = 70;  // more than the bits of a word
+  ADFun<double> f = arrow(n);
+  Rc pattern;
+  f.for_hes_sparsity(all(n), all(1), false, pattern);
+  EXPECT_EQ(pattern.nnz(), n + 2 * (n - 1));
+  DVector x(n);
+  for (std::size_t j = 0; j < n; ++j) x[j] = double(j) / 3;
+  for (const auto& [coloring, sweeps] :
+       {std::pair("cppad.symmetric", std::size_t(2)), {"cppad.general", n}}) {
+    CppAD::sparse_hes_work work;
+    Rcv subset(pattern);
+    EXPECT_EQ(f.sparse_hes(x, DVector{1}, subset, pattern, coloring, work), sweeps) << coloring;
+    for (std::size_t k = 0; k < subset.nnz(); ++k)
+      EXPECT_DOUBLE_EQ(subset.val()[k], subset.row()[k] == subset.col()[k] ? 6 * x[subset.row()[k]] : 1);
+  }
+}
+
+// Sums of products of pairs drawn at random, against the coefficients that were drawn; the entries that are asked for as well.
+TEST(CppadSparse, RandomHessiansByEveryColouring) {
+  std::mt19937 random(7);
+  for (int trial = 0; trial < 40; ++trial) {
+    const std::size_t n = 2 + random() % 12;
+    std::vector<std::vector<double>> H(n, std::vector<double>(n, 0.0));
+    for (std::size_t draw = 0; draw < 2 * n; ++draw) {
+      const std::size_t i = random() % n, j = random() % n;
+      H[i][j] = H[j][i] = double(1 + random() % 9);
+    }
+    ADFun<double> f = recorded(std::vector<double>(n, 0.5), [&](const AVector& x) -> std::vector<ADouble> {
+      ADouble y = 0;
+      for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t j = 0; j <= i; ++j) y += H[i][j] * (i == j ? 0.5 : 1) * x[i] * x[j];
+      }
+      return {y};
+    });
+    std::vector<std::pair<std::size_t, std::size_t>> full, asked;
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = 0; j < n; ++j) {
+        if (H[i][j] != 0) full.emplace_back(i, j);
+        if (random() % 3 == 0) asked.emplace_back(i, j);
+      }
+    }
+    const auto rc = [n](const auto& places) {
+      Rc made(n, n, places.size());
+      for (std::size_t k = 0; k < places.size(); ++k) made.set(k, places[k].first, places[k].second);
+      return made;
+    };
+    Rc pattern;
+    f.for_hes_sparsity(all(n), all(1), false, pattern);
+    EXPECT_TRUE(pattern == rc(full));
+    for (const char* coloring : {"cppad.symmetric", "cppad.general"}) {
+      CppAD::sparse_hes_work work;
+      Rcv subset(rc(asked));
+      DVector x(n);
+      for (double& v : x) v = 0.25;
+      f.sparse_hes(x, DVector{1}, subset, pattern, coloring, work);
+      for (std::size_t k = 0; k < asked.size(); ++k)
+        EXPECT_DOUBLE_EQ(subset.val()[k], H[asked[k].first][asked[k].second]) << coloring;
+    }
+  }
+}
+
+TEST(CppadSparse, CopiesKeepTheForwardPattern) {
+  ADFun<double> f = example(), copy, swapped;
+  f.ForSparseJac(3, VectorOfSets{{0}, {1}, {2}});
+  copy = f;
+  EXPECT_EQ(copy.size_forward_set(), f.size_forward_set());
+  EXPECT_GT(copy.size_forward_set(), 0u);
+  swapped.swap(copy);
+  EXPECT_EQ(copy.size_forward_set(), 0u);
+  EXPECT_GT(swapped.size_forward_set(), 0u);
+  CppAD::sparse_hessian_work work;
+  work.color_method = "cppad.general";
+  work.clear();
+  EXPECT_EQ(work.color_method, "cppad.symmetric");
+}
+
 TEST(CppadSparse, OldPatternsOfBoolsAndSets) {
   ADFun<double> f = example();
   Bools eye(9);
@@ -264,7 +353,9 @@ TEST(CppadSubgraph, PatternsRowsAndJacobians) {
   expect_near(subset.val(), {3, 2, 10, 2});
   f.subgraph_jac_rev(all(3), range, kAt, selected);
   expect_near(selected.val(), {10, 2});
+  EXPECT_GT(f.size_random(), 0u);  // the pattern
   f.clear_subgraph();
+  EXPECT_EQ(f.size_random(), 0u);
 }
 
 // A subset that asks for what is zero by structure, beyond the last column that is not.

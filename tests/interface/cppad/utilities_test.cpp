@@ -214,6 +214,59 @@ TEST(CppadOde, ErrorControlKeepsItsBound) {
   EXPECT_EQ(maxabs[0], 1);
 }
 
+// x0' = -10 x0, x1' = 10 x0 - x1: x0 falls by 4 decades, and the error has to follow the value at the end of each step, not its maximum.
+struct DecayChain {
+  double rate = 10;
+  void Ode(const double&, const DVector& x, DVector& f) const {
+    f[0] = -rate * x[0];
+    f[1] = rate * x[0] - x[1];
+  }
+  void step(double ta, double tb, DVector& xa, DVector& xb, DVector& eb) const {
+    xb = CppAD::Runge45(*this, 1, ta, tb, xa, eb);
+  }
+  std::size_t order() const { return 4; }
+};
+
+TEST(CppadOde, RelativeErrorIsThatOfTheValueAtTheEndOfAStep) {
+  const DecayChain chain;
+  const DVector xi{1, 0}, eabs{0, 0};
+  DVector ef(2), maxabs(2);
+  double scur = 0.5;
+  const DVector x = CppAD::OdeErrControl(chain, 0.0, 1.0, xi, 1e-3, 1.0, scur, eabs, 1e-4, ef, maxabs);
+  EXPECT_NEAR(x[0], std::exp(-10), 1e-4 * std::exp(-10));
+  EXPECT_LE(ef[0], 1e-4 * maxabs[0]);
+  EXPECT_NEAR(x[1], 10.0 / 9 * (std::exp(-1.0) - std::exp(-10.0)), 1e-4);
+}
+
+TEST(CppadOde, TheLastTwoStepsHaveAtLeastHalfTheSmallestSize) {
+  struct Recorder : DecayChain {
+    std::vector<double>* sizes;
+    void step(double ta, double tb, DVector& xa, DVector& xb, DVector& eb) const {
+      sizes->push_back(tb - ta);
+      DecayChain::step(ta, tb, xa, xb, eb);
+    }
+  } chain;
+  std::vector<double> sizes;
+  chain.sizes = &sizes;
+  const DVector xi{1, 0}, eabs{1, 1};
+  DVector ef(2);
+  double scur = 0.4;
+  CppAD::OdeErrControl(chain, 0.0, 1.0, xi, 0.4, 0.4, scur, eabs, 0.0, ef);
+  ASSERT_EQ(sizes.size(), 3u);
+  EXPECT_NEAR(sizes[0], 0.4, 1e-15);
+  EXPECT_NEAR(sizes[1], 0.3, 1e-15);
+  EXPECT_NEAR(sizes[2], 0.3, 1e-15);
+}
+
+TEST(CppadOde, NanAtTheSmallestStepIsReturned) {
+  const DecayChain chain{kNan};
+  const DVector xi{1, 0}, eabs{1, 1};
+  DVector ef(2);
+  double scur = 0.8;
+  const DVector x = CppAD::OdeErrControl(chain, 0.0, 0.9, xi, 0.8, 1.0, scur, eabs, 1e-7, ef);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_TRUE(std::isnan(x[i]) && std::isnan(ef[i]));
+}
+
 TEST(CppadUtilities, SortsPrintsAndTimes) {
   Sizes places(3);
   CppAD::index_sort(DVector{3, 1, 2}, places);

@@ -99,6 +99,12 @@ struct AtomicInSeries : KernelInSeries {
   std::shared_ptr<const SeriesKernel<AD<Base>>> of(AD<Base>) const override {
     return std::make_shared<AtomicSeries<Base, AD<Base>>>(at);
   }
+  bool jacobian(bool dependency, Pattern& pattern) const override {
+    sparse_rc<vector<std::size_t>> entries;
+    if (!at.function().jacobian_entries(at.call, dependency, entries)) return false;
+    pattern = pattern_of(sets_of(entries, false));
+    return true;
+  }
   bool hessian(std::size_t i, Pattern& pattern) const override {
     sparse_rc<vector<std::size_t>> entries;
     if (!at.function().hessian_entries(at.call, i, entries)) return false;
