@@ -46,6 +46,9 @@ int Solution::iterations() const {
 std::string Solution::verdict() const {
   const Verification& v = verification;
   const auto digits = [](double value) { return io::with_digits(value, 2); };
+  const std::string coarse = refinement_trouble.empty()
+                                 ? std::string("; use more intervals")
+                                 : "; a finer mesh was given up, " + refinement_trouble;
   const std::string violated =
       "; the constraint violated most is " + v.worst_row + ", by " + digits(v.violation);
   if (!converged()) return describe(nlp.status) + (is_feasible(v, demands) ? "" : violated);
@@ -55,12 +58,12 @@ std::string Solution::verdict() const {
   if (!v.trouble.empty()) return "solved, but " + v.trouble;
   if (!(v.worst_relative <= demands.integration_error))
     return "solved, but an interval differs from its re-simulation by " + digits(v.worst_relative) +
-           " of the motion; use more intervals";
+           " of the motion" + coarse;
   if (!(v.passings.worst() <= demands.between))
-    return "solved, but " + v.passings.rows.front().text() + "; use more intervals";
+    return "solved, but " + v.passings.rows.front().text() + "" + coarse;
   if (!(v.cost_error <= demands.cost_error))
     return "solved, but the motion costs " + io::with_digits(v.true_cost, 6) + " instead of " +
-           io::with_digits(v.cost, 6) + "; use more intervals";
+           io::with_digits(v.cost, 6) + "" + coarse;
   if (nlp.stationary_point == StationaryPoint::kNotMinimum)
     return "solved, but the cost falls along a direction from here: it is no minimum";
   return "solved, but its multipliers do not show it to be an optimum";

@@ -130,8 +130,12 @@ class Refinement {
 
   void run() {
     for (int k = 0; k < steps_.refinements; ++k) {
-      const MeshFaults faults = next_faults();
-      if (faults.empty() || !solve_on(faults)) return;
+      MeshFaults faults = next_faults();
+      if (faults.empty()) return;
+      if (solve_on(faults, From::kMotion)) continue;
+      // A mesh may have no motion near the last one, where an obstacle stands between its points: all is halved, and then all is begun anew.
+      for (VectorXd& f : faults) f.setConstant(kAtFault);
+      if (!solve_on(faults, From::kMotion) && !solve_on(faults, From::kGuess)) return;
     }
   }
 
@@ -160,8 +164,11 @@ class Refinement {
     return changes;
   }
 
+  enum class From { kMotion, kGuess };
+
   // False where the finer mesh is given up, and the coarser motion stays.
-  bool solve_on(const MeshFaults& faults) {
+  bool solve_on(const MeshFaults& faults, From from) {
+    solution_.refinement_trouble.clear();
     std::vector<Trajectory> motions;
     std::vector<std::vector<double>> nodes;
     int intervals = 0;
@@ -183,7 +190,9 @@ class Refinement {
     try {
       auto program = std::make_unique<StagedNlp>(discretize(program_->program(), nodes));
       if (steps_.prepare) steps_.prepare(*program);
-      Solution fine = optimise(*program, warm_start(motions, *program), options);
+      const std::vector<double> start =
+          from == From::kMotion ? warm_start(motions, *program) : program->start();
+      Solution fine = optimise(*program, start, options);
       fine.nlp.is_by_other_method = fine.nlp.is_by_other_method != by_other;
       take(std::move(program), std::move(fine), motions, where);
     } catch (const Error& e) {  // too large, or without a finite value at the start
