@@ -8,15 +8,17 @@
 // the curvature 2 at 0.  No intermediate result overflows or vanishes that did not before.  Internal.
 #pragma once
 
-#include <dyntape/autodiff/graph/graph.h>
+#include <dyntape/autodiff/graph/node_table.h>
+#include <dyntape/autodiff/graph/op.h>
 
 namespace dyntape::detail {
 
 constexpr bool is_root(Op op) { return op == Op::Sqrt || op == Op::Abs || op == Op::Hypot; }
 
 // The root that a node is, or is a multiple of; kNoNode: none.
-inline NodeId root_in(const Graph& graph, NodeId id) {
-  const Node& node = graph[id];
+template <class Graph>
+NodeId root_in(const Graph& graph, NodeId id) {
+  const auto& node = graph[id];
   if (is_root(node.op)) return id;
   if (node.op != Op::Mul && node.op != Op::Div) return kNoNode;
   if (is_root(graph[node.a].op)) return node.a;
@@ -24,7 +26,8 @@ inline NodeId root_in(const Graph& graph, NodeId id) {
 }
 
 // Whether both are multiples of the same root.
-inline bool share_a_root(const Graph& graph, NodeId a, NodeId b) {
+template <class Graph>
+bool share_a_root(const Graph& graph, NodeId a, NodeId b) {
   const NodeId root = root_in(graph, a);
   return root != kNoNode && root == root_in(graph, b);
 }
