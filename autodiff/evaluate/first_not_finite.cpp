@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where a value that is not finite came from: an evaluation node by node that keeps all values.
+// Where a value or a slope that is not finite came from: an evaluation node by node that keeps all values.
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <sstream>
 
+#include <dyntape/autodiff/evaluate/first_without_slope.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 
 namespace dyntape {
@@ -35,9 +37,12 @@ std::string bad_operation(const Graph& graph, NodeId id, const std::vector<doubl
   return text.str();
 }
 
-}  // namespace
+using First = std::string (*)(const Function&, const double* x, const double* p, const double* w);
 
-std::string first_not_finite(const Function& function, const double* x, const double* p, const double* w) {
+// look(id, arguments, value) of each node in order, until it returns a text; `within` the recorded functions that are called.
+template <class Look>
+std::string first_of(const Function& function, const double* x, const double* p, const double* w,
+                     First within, const Look& look) {
   const Graph& graph = function.graph;
   const double* const blocks[] = {x, p, w};
   std::vector<double> values(graph.size()), arguments;
@@ -47,6 +52,7 @@ std::string first_not_finite(const Function& function, const double* x, const do
     arguments.clear();
     graph.for_each_argument(node.op == Op::Result ? node.a : id,
                             [&](NodeId a) { arguments.push_back(values[a]); });
+    const auto argument = [&](std::size_t i) { return i < arguments.size() ? arguments[i] : 0.0; };
     double& value = values[id];
     switch (node.op) {
       case Op::Const:
@@ -54,25 +60,63 @@ std::string first_not_finite(const Function& function, const double* x, const do
         continue;
       case Op::Input:
         value = blocks[node.a][node.b];
-        if (!std::isfinite(value)) return bad_input(function, id, value);
+        break;
+      case Op::Call: {
+        const Callee& callee = *graph.callees()[node.a];
+        results[id].resize(callee.n_out);
+        evaluate(callee, arguments.data(), results[id].data());
+        const bool is_finite =
+            std::all_of(arguments.begin(), arguments.end(), [](double a) { return std::isfinite(a); });
+        const Recorded* recorded = callee.recorded();
+        if (!is_finite || !recorded || recorded->function->n_x() != callee.n_in) continue;
+        if (std::string text = within(*recorded->function, arguments.data(), nullptr, nullptr); !text.empty())
+          return text;
         continue;
-      case Op::Call:
-        results[id].resize(graph.callees()[node.a]->n_out);
-        evaluate(*graph.callees()[node.a], arguments.data(), results[id].data());
-        continue;
+      }
       case Op::Result:
         value = results[node.a][node.b];
         break;
-      default: {
-        const auto argument = [&](std::size_t i) { return i < arguments.size() ? arguments[i] : 0.0; };
+      default:
         value = evaluate<double>(node.op, argument(0), argument(1), argument(2));
-      }
     }
-    bool finite = true;
-    for (double argument : arguments) finite = finite && std::isfinite(argument);
-    if (finite && !std::isfinite(value)) return bad_operation(graph, id, arguments, value);
+    if (std::string text = look(id, arguments, value); !text.empty()) return text;
   }
   return {};
+}
+
+}  // namespace
+
+std::string first_not_finite(const Function& function, const double* x, const double* p, const double* w) {
+  return first_of(function, x, p, w, first_not_finite,
+                  [&](NodeId id, const std::vector<double>& arguments, double value) -> std::string {
+                    if (std::isfinite(value)) return {};
+                    if (function.graph[id].op == Op::Input) return bad_input(function, id, value);
+                    for (double argument : arguments) {
+                      if (!std::isfinite(argument)) return {};
+                    }
+                    return bad_operation(function.graph, id, arguments, value);
+                  });
+}
+
+std::string first_without_slope(const Function& function, const double* x, const double* p, const double* w) {
+  return first_of(
+      function, x, p, w, first_without_slope,
+      [&](NodeId id, const std::vector<double>& arguments, double value) -> std::string {
+        const Op op = function.graph[id].op;
+        if (!is_table_op(op) || !std::isfinite(value)) return {};
+        const auto at = [&](std::size_t i) { return i < arguments.size() ? arguments[i] : 0.0; };
+        for (std::size_t i = 0; i < arguments.size(); ++i) {
+          const bool moves = !function.graph.is_constant(function.graph[id].argument(int(i)));
+          if (!moves || std::isfinite(slope(op, int(i), at(0), at(1), at(2), value, 1.0))) continue;
+          std::ostringstream text;
+          text << "node " << id << " (" << info(op).name << ") of " << at(i) << " has no slope";
+          if (op == Op::Sqrt)
+            text << "; write norm(v, smoothing) for the length of a vector, or sqrt(a + smoothing^2)";
+          if (op == Op::Div) text << "; write safe_divide(a, b, smoothing)";
+          return text.str();
+        }
+        return {};
+      });
 }
 
 }  // namespace dyntape

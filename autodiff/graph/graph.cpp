@@ -8,6 +8,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/graph/smooth_products.h>
 
 namespace dyntape {
 namespace {
@@ -32,6 +33,80 @@ bool negates_sum(Op op) { return op == Op::Fms || op == Op::Fnms; }
 Op fused(bool negative_product, bool negative_sum) {
   if (negative_product) return negative_sum ? Op::Fnms : Op::Fnma;
   return negative_sum ? Op::Fms : Op::Fma;
+}
+
+// Whether it is so by construction; a NaN is allowed.
+bool is_never_negative(const Graph& graph, NodeId id) {
+  std::size_t looks = std::size_t(1) << 16;  // what is shared is looked at again each time
+  std::vector<NodeId> open = {id};
+  while (!open.empty()) {
+    if (--looks == 0) return false;
+    const NodeId next = open.back();
+    open.pop_back();
+    const Node& node = graph[next];
+    switch (node.op) {
+      case Op::Const:  // nor -0
+        if (std::signbit(graph.constant_value(next)) || !(graph.constant_value(next) >= 0)) return false;
+        break;
+      case Op::Sqrt:
+      case Op::Abs:
+      case Op::Hypot:
+      case Op::Exp:
+      case Op::Cosh:
+        break;
+      case Op::Mul:
+        if (node.a == node.b) break;
+        [[fallthrough]];
+      case Op::Add:
+      case Op::Max:
+      case Op::Min:
+        open.push_back(node.a), open.push_back(node.b);
+        break;
+      case Op::Div:  // not by a zero, whose sign may be any
+        if (!graph.is_constant(node.b) || !(graph.constant_value(node.b) > 0)) return false;
+        open.push_back(node.a);
+        break;
+      case Op::Fma:
+        if (node.a != node.b) open.push_back(node.a), open.push_back(node.b);
+        open.push_back(node.c);
+        break;
+      case Op::Select:
+        open.push_back(node.b), open.push_back(node.c);
+        break;
+      default:
+        return false;
+    }
+  }
+  return true;
+}
+
+// The scale of a multiple of a root, applied to x.
+NodeId scaled_as(Graph& graph, NodeId multiple, NodeId root, NodeId x) {
+  if (multiple == root) return x;
+  const Node node = graph[multiple];
+  if (node.op == Op::Div) return graph.make(Op::Div, x, node.b);
+  return graph.make(Op::Mul, node.a == root ? node.b : node.a, x);
+}
+
+// Of two multiples of one root; kNoNode: as other products.
+NodeId smooth_product(Graph& graph, NodeId a, NodeId b) {
+  const NodeId root = detail::root_in(graph, a);
+  const Node node = graph[root];
+  if (node.op == Op::Sqrt) {
+    if (!is_never_negative(graph, node.a)) return kNoNode;
+    return scaled_as(graph, b, root, scaled_as(graph, a, root, node.a));
+  }
+  const auto product = [&](NodeId x) {
+    const NodeId left = scaled_as(graph, a, root, x);
+    return graph.make(Op::Mul, left, scaled_as(graph, b, root, x));
+  };
+  const NodeId first = product(node.a);
+  return node.op == Op::Abs ? first : graph.make(Op::Add, first, product(node.b));
+}
+
+NodeId product_of(Graph& graph, NodeId a, NodeId b) {
+  const NodeId smooth = detail::share_a_root(graph, a, b) ? smooth_product(graph, a, b) : kNoNode;
+  return smooth == kNoNode ? graph.make_plain(Op::Mul, a, b) : smooth;
 }
 
 }  // namespace
@@ -147,12 +222,13 @@ NodeId Graph::negation(NodeId a) {
 
 NodeId Graph::make_of_nodes(Op op, NodeId a, NodeId b) {
   if (nodes_[a].op == Op::Neg || nodes_[b].op == Op::Neg) return make_of_negations(op, a, b);
-  return make_plain(op, a, b);
+  return op == Op::Mul ? product_of(*this, a, b) : make_plain(op, a, b);
 }
 
 Graph::Signed Graph::make_signed(Op op, Signed a, Signed b) {
   const NodeId x = a.node, y = b.node;
-  if (op == Op::Mul || op == Op::Div) return {make_plain(op, x, y), a.is_negated != b.is_negated};
+  if (op == Op::Mul) return {product_of(*this, x, y), a.is_negated != b.is_negated};
+  if (op == Op::Div) return {make_plain(op, x, y), a.is_negated != b.is_negated};
   if (op == Op::Sub) b.is_negated = !b.is_negated;
   if (a.is_negated == b.is_negated) return {make_plain(Op::Add, x, y), a.is_negated};
   return {a.is_negated ? make_plain(Op::Sub, y, x) : make_plain(Op::Sub, x, y), false};

@@ -22,7 +22,7 @@
 //   fma(x, y, 0), fma(0, y, z)  -> x y, z      as for sums and products; 0 - x y -> -(x y) likewise
 //   azmul(0, y)                 -> 0           as a product
 //   sign(-x)                    -> -sign(x)    -0 for 0 at zero
-//
+// Not to the last bit: sqrt(a)^2 is a where a >= 0 by construction, hypot(x, y)^2 is x x + y y; both have slopes at 0.
 // The sign of a NaN is nobody's: which of two NaN goes on is the compiler's choice, and copysign(1, NaN) may be either.
 //
 // To add an operator: one row in ops.def.  Nodes are made by record() (record.h) and by the derivation

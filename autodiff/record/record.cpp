@@ -11,6 +11,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/graph/smooth_products.h>
 
 namespace dyntape {
 namespace detail {
@@ -206,6 +207,8 @@ AD apply(AD a, AD b) {
     if (!a.is_recorded()) return apply_to_constant<op, true>(a, b);
     if (!b.is_recorded()) return apply_to_constant<op, false>(a, b);
     if (is_current(a) && is_current(b)) {
+      if (op == Op::Mul && share_a_root(current->graph, a.id() & ~kNegated, b.id() & ~kNegated)) [[unlikely]]
+        return apply_by_laws<op>(a, b);
       const double value = evaluate<op>(a.value(), b.value(), 0.0);
       return (a.id() | b.id()) & kNegated ? add_node_of_negations(value, op, a.id(), b.id(), *current)
                                           : add_node(value, op, a.id(), b.id(), *current);

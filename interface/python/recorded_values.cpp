@@ -146,17 +146,20 @@ nb::object joined(const Comparison& self, nb::handle other, F f) {
 void bind_conditions(nb::module_& module) {
   const auto both = [](const AD& a, const AD& b) { return select(a, b, AD(0)); };
   const auto either = [](const AD& a, const AD& b) { return select(a, AD(1), b); };
+  const auto one = [](const AD& a, const AD& b) { return select(a, select(b, AD(0), AD(1)), b); };
   nb::class_<Comparison>(
       module, "Condition",
       "The outcome of a comparison of recorded values.\n\n"
       "`dyntape.where(condition, a, b)` records both branches and is right everywhere.  In an `if` the\n"
       "branch of the recording point is taken, and evaluations that would take the other raise\n"
-      "GuardViolation with the line of the comparison.  `&`, `|` and `~` join conditions.")
+      "GuardViolation with the line of the comparison.  `&`, `|`, `^` and `~` join conditions.")
       .def("__bool__", [](const Comparison& c) { return static_cast<bool>(c.condition()); })
       .def("__and__", [both](const Comparison& a, nb::handle b) { return joined(a, b, both); })
       .def("__rand__", [both](const Comparison& a, nb::handle b) { return joined(a, b, both); })
       .def("__or__", [either](const Comparison& a, nb::handle b) { return joined(a, b, either); })
       .def("__ror__", [either](const Comparison& a, nb::handle b) { return joined(a, b, either); })
+      .def("__xor__", [one](const Comparison& a, nb::handle b) { return joined(a, b, one); })
+      .def("__rxor__", [one](const Comparison& a, nb::handle b) { return joined(a, b, one); })
       .def("__invert__",
            [](const Comparison& c) {
              return Comparison{select(c.truth, AD(0), AD(1)), c.file, c.line};

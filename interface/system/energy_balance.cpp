@@ -23,17 +23,14 @@ EnergyBalances::EnergyBalances(const std::vector<Mechanism>& mechanisms) {
 }
 
 void EnergyBalances::add(const Energy& energy, const Eigen::MatrixXd& work) {
-  if (kinetic_.size() == 0) kinetic_ = energy.kinetic_of, stored_ = energy.stored_of;
-  const Eigen::Index flows = work.rows() - 1;
+  if (kinetic_.size() == 0) kinetic_ = energy.kinetic_of;
   for (Eigen::Index m = 0; m < work.cols(); ++m) {
     MechanismBalance& balance = balances_[std::size_t(m)];
-    const auto of_flows = work.col(m).head(flows);
-    const double of_motion = energy.kinetic_of[m] - kinetic_[m] - of_flows.sum();
-    const double of_stored = energy.stored_of[m] - stored_[m] + work(flows, m);
-    const double error = std::abs(of_motion) + std::abs(of_stored);
+    const auto of_flows = work.col(m);
+    balance.taken = of_flows.sum() - (energy.kinetic_of[m] - kinetic_[m]);
+    const double error = std::abs(balance.taken);
     if (!(error <= balance.error)) balance.error = error;  // NaN as well
     balance.moved = std::max({balance.moved, energy.kinetic_of[m], of_flows.cwiseAbs().maxCoeff()});
-    balance.taken = -(of_motion + of_stored);
   }
 }
 

@@ -7,8 +7,8 @@
 //   balances.add(energy, work);                                    // at the start, then after each step
 //   const std::string warning = doubt_of_energy(balances.all());     // "" or a sentence
 //
-// Two things must hold: the kinetic energy changes by the work of all that acts, and what is stored by the work of what stores
-// it.  What is missing is what the steps themselves take or give: implicit-velocity takes some, of the order of its step.
+// The kinetic energy changes by the work of all that acts; of what has a potential that is what it stores less.  The
+// difference is what the steps themselves take or give: implicit-velocity takes some, of the order of its step.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ namespace dyntape {
 
 struct MechanismBalance {
   std::string name;  // of its first joint
-  double error = 0;  // (J) largest difference of both, added
+  double error = 0;  // (J) largest difference
   double moved = 0;  // (J) the largest energy that moved, which it is compared with
   double taken = 0;  // (J) what the steps have taken by the end; less than zero: what they have given
 
@@ -31,14 +31,14 @@ class EnergyBalances {
  public:
   explicit EnergyBalances(const std::vector<Mechanism>& mechanisms);
 
-  // work: (flows, then what was released; mechanisms), J since the start.
+  // work: (flows, mechanisms), J since the start.
   void add(const Energy& energy, const Eigen::MatrixXd& work);
 
   const std::vector<MechanismBalance>& all() const { return balances_; }
 
  private:
   std::vector<MechanismBalance> balances_;
-  Eigen::VectorXd kinetic_, stored_;  // at the start
+  Eigen::VectorXd kinetic_;  // at the start
 };
 
 // More than this part of the energy that moved unaccounted for is no success.

@@ -93,6 +93,81 @@ def test_decisions_record_both_sides(random):
     assert [g(x) for x in ([1.0, 3], [3, 1.0], [0, 2])] == [7, 1, 0]
 
 
+def test_decisions_on_single_numbers_record_both_sides():
+    cases = [
+        lambda x: np.where(x[0] > 0, x[0]**2, 0.0),
+        lambda x: np.where(x[0] <= x[1], np.where(x[1] < 0, 1.0, x[0]), -x[1]),
+        lambda x: np.where((x[0] > 0) & (x[1] > 0), x, 3.0).sum(),
+        lambda x: np.where(~(x[0] > 0) | (x[1] == 2), 1.0, x[1]),
+        lambda x: np.where(np.logical_and(x[0] > 0, np.logical_not(x[1] > 0)), x[0], 5.0),
+        lambda x: np.where(np.logical_or(x[0] > 0, x[1] > 0) ^ (x[0] > 0), x[0], 5.0),
+        lambda x: np.where(np.True_ & (x[0] > 0), x[0], x[1]),
+        lambda x: np.where(np.squeeze(x[:1]) != -1, x[0], x[1]),
+        lambda x: np.where(x[0] > 0, np.float64(2), np.array(3.0)),
+        lambda x: np.select([x[0] > 1, x[0] > 0], [x[1], x[0]**2], default=7.0),
+        lambda x: np.clip(x[0], -1, x[1]) + np.clip(x[1], None, 0.5) + np.clip(2.0, x[0], None),
+        lambda x: np.maximum(x[0], 0) + np.minimum(x[1], 0.5) + np.abs(x[0]) + np.sign(x[1]),
+    ]
+    points = [np.array(p) for p in ([-1.0, -2], [-1, 2], [3, -1], [2, 3], [0.5, 2], [0, 0])]
+    for number, case in enumerate(cases):
+        f = dyntape.record(case, 2)
+        for x in points:
+            np.testing.assert_array_equal(f(x), case(x), err_msg=f"case {number} at {x}")
+    f = dyntape.record(lambda x: np.where(x[0] > 0, x[0]**2, 0.0), 1)
+    assert [f.jacobian([x])[0] for x in (-1.0, 2)] == [0, 4]
+    assert [f.hessian([x])[0, 0] for x in (-1.0, 2)] == [0, 2]
+
+
+def test_an_if_stays_a_guard():
+    f = dyntape.record(lambda x: x[0]**2 if x[0] > 0 else 0.0, 1)
+    assert f([2.0]) == 4
+    with pytest.raises(dyntape.GuardViolation, match="test_functions.py"):
+        f([-1.0])
+
+
+def test_squared_norms_are_smooth():
+    for square in (lambda x: np.linalg.norm(x)**2, lambda x: np.linalg.norm(x) * np.linalg.norm(x),
+                   lambda x: np.linalg.norm(x[None, :], axis=1)[0]**2, lambda x: 2 * np.linalg.norm(x) * np.linalg.norm(x) / 2):
+        f = dyntape.record(square, 3)
+        for x in (np.zeros(3), np.array([0.0, -2, 1])):
+            np.testing.assert_allclose(f(x), x @ x, rtol=1e-15)
+            np.testing.assert_allclose(f.jacobian(x), 2 * x, rtol=1e-15)
+            np.testing.assert_allclose(f.hessian(x), 2 * np.eye(3), atol=1e-15)
+
+
+def test_smoothed_norms_and_quotients():
+    s = 0.25
+    f = dyntape.record(lambda x: dyntape.norm(x, s), 3)
+    g = dyntape.record(lambda x: dyntape.safe_divide(x[0], x[1], s), 2)
+    for x in (np.zeros(3), np.array([0.3, -0.4, 1.2])):
+        r = np.sqrt(x @ x + s * s)
+        np.testing.assert_allclose(f(x), dyntape.norm(x, s), rtol=1e-15)
+        np.testing.assert_allclose(f.jacobian(x), x / r, rtol=1e-14)
+        np.testing.assert_allclose(f.hessian(x), (np.eye(3) - np.outer(x, x) / r**2) / r, atol=1e-14)
+    for a, b in ((3.0, 0.0), (2.0, -0.5)):
+        d = b * b + s * s
+        slope, curvature = (s * s - b * b) / d**2, 2 * b * (b * b - 3 * s * s) / d**3
+        np.testing.assert_allclose(g([a, b]), a * b / d, rtol=1e-14)
+        np.testing.assert_allclose(dyntape.safe_divide([a], b, s), [a * b / d], rtol=1e-14)
+        np.testing.assert_allclose(g.jacobian([a, b]), [b / d, a * slope], rtol=1e-13)
+        np.testing.assert_allclose(g.hessian([a, b]), [[0, slope], [slope, a * curvature]], atol=1e-11)
+    with pytest.raises(dyntape.ArgumentError, match="smoothing"):
+        dyntape.norm(np.ones(2), 0.0)
+
+
+def test_a_start_without_a_slope_says_what_to_write():
+    p = dyntape.Problem("point", ["x", "y"], ["u", "w"], 1.0, lambda s: [s.u[0], s.u[1]])
+    p.start = [0, 0]
+    p.add_cost("far", lambda s: np.linalg.norm(s.x))
+    with pytest.raises(dyntape.NumericalError, match=r"\(Sqrt\) of 0 has no slope; write norm\(v, smoothing\)"):
+        p.solve(4)
+    p = dyntape.Problem("point", ["x"], ["u"], 1.0, lambda s: [s.u[0]])
+    p.start = [0]
+    p.add_cost("ratio", lambda s: s.u[0] / s.x[0])
+    with pytest.raises(dyntape.NumericalError, match=r"write safe_divide\(a, b, smoothing\)"):
+        p.solve(4)
+
+
 def test_matrices_leave_no_guards(panda, random):
     A, b = random.normal(size=(4, 4)), random.normal(size=(4, 2))
     spd = A @ A.T + np.eye(4)

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/evaluate/first_without_slope.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/interface/control/discretize/staged_nlp.h>
 
@@ -98,8 +99,8 @@ void StagedNlp::check_finite(const StagedPhase& phase, std::size_t evaluator, st
   for (std::size_t k = 0; k < y.size(); ++k) {
     if (std::isfinite(y[k])) continue;
     const std::size_t p = k / f.n_y();
-    const std::string cause =
-        first_not_finite(recorded, z + p * phase.n_z, parameters + p * f.n_p(), nullptr);
+    std::string cause = first_not_finite(recorded, z + p * phase.n_z, parameters + p * f.n_p(), nullptr);
+    if (cause.find("(Div)") != cause.npos) cause += "; write safe_divide(a, b, smoothing)";
     throw NumericalError(head + "\"" + recorded.output_names[k % f.n_y()] + "\" at " +
                          point_name(phase, point + p) + " is " + six_digits(y[k]) + " at the start" +
                          (cause.empty() ? "" : "; " + cause));
@@ -107,10 +108,12 @@ void StagedNlp::check_finite(const StagedPhase& phase, std::size_t evaluator, st
   for (std::size_t k = 0; k < j.size(); ++k) {
     if (std::isfinite(j[k])) continue;
     const std::size_t p = k / pattern.nnz(), i = k % pattern.nnz(), col = pattern.col[i];
+    const std::string cause =
+        first_without_slope(recorded, z + p * phase.n_z, parameters + p * f.n_p(), nullptr);
     throw NumericalError(head + "the derivative of \"" + recorded.output_names[pattern.row[i]] + "\" by \"" +
                          names[col] + "\" at " + point_name(phase, point + p) + " is " + six_digits(j[k]) +
                          " at the start, where \"" + names[col] + "\" is " +
-                         six_digits(z[p * phase.n_z + col]));
+                         six_digits(z[p * phase.n_z + col]) + (cause.empty() ? "" : "; " + cause));
   }
 }
 

@@ -12,7 +12,7 @@ array([3., 0.])
 
 import pathlib as _pathlib
 
-from ._arrays import RecordedArray, where
+from ._arrays import RecordedArray, norm, safe_divide, where
 from ._bodies import Body, Shape, assemble
 from ._dyntape import (
     AD,
@@ -96,7 +96,9 @@ __all__ = [
     "load_text",
     "maximum",
     "minimum",
+    "norm",
     "record",
+    "safe_divide",
     "simulate",
     "solve",
     "sweep",

@@ -27,6 +27,10 @@ _FUNCTIONS: dict[np.ufunc, tuple[Any, int]] = {
     np.copysign: (_d.copysign, 2),
     np.fmod: (_d.fmod, 2),
     np.power: (_d.power, 2),
+    np.logical_and: (lambda a, b: a & b, 2),
+    np.logical_or: (lambda a, b: a | b, 2),
+    np.logical_xor: (lambda a, b: a ^ b, 2),
+    np.logical_not: (lambda a: a ^ True, 1),
 }
 _OWN = {ufunc: np.frompyfunc(function, arguments, 1) for ufunc, (function, arguments) in _FUNCTIONS.items()}
 _LINALG = np.linalg
@@ -37,7 +41,7 @@ _SELECT = np.frompyfunc(_d.select, 3, 1)
 def _plain(value: Any) -> Any:
     if isinstance(value, RecordedArray):
         return value.view(np.ndarray)
-    if isinstance(value, _d.AD):
+    if isinstance(value, (_d.AD, _d.Condition)):
         entry = np.empty((), dtype=object)
         entry[()] = value
         return entry
@@ -61,29 +65,49 @@ def _array_ufunc(self: Any, ufunc: np.ufunc, method: str, *inputs: Any, **option
     return tuple(map(_taped, result)) if isinstance(result, tuple) else _taped(result)
 
 
+def _array_function(self: Any, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+    if func is np.where and len(args) == 3:
+        return where(*args)
+    if func is np.select:
+        return _select(*args, **kwargs)
+    if func is np.clip and not isinstance(args[0], RecordedArray):  # numpy would clip an array without the ufunc above
+        return _clip(*args, **kwargs)
+    if func is np.linalg.cholesky and len(args) == 1:
+        return _d.cholesky(*args)
+    if func in _OF_PIVOTS:
+        raise _d.ArgumentError(
+            f"np.linalg.{func.__name__} of recorded values would decide by pivots; "
+            "expected dyntape.symmetric_solve(a, b), or np.linalg.cholesky"
+        )
+    return func._implementation(*args, **kwargs)
+
+
+def _select(condlist: Any, choicelist: Any, default: Any = 0) -> Any:
+    chosen = default
+    for condition, choice in reversed(list(zip(condlist, choicelist, strict=True))):
+        chosen = where(condition, choice, chosen)
+    return chosen
+
+
+def _clip(a: Any, a_min: Any = None, a_max: Any = None) -> Any:
+    low = a if a_min is None else np.maximum(a, a_min)
+    return low if a_max is None else np.minimum(low, a_max)
+
+
 class RecordedArray(np.ndarray):
     """An array of recorded values, as functions get them while they are recorded.
 
     numpy computes with it as with floats.  Comparisons give arrays of conditions, for `np.where` or `dyntape.where`;
-    `np.maximum`, `np.minimum` and `np.sign` leave no guard.
+    `np.maximum`, `np.minimum`, `np.clip` and `np.sign` leave no guard.
     """
 
     __array_ufunc__ = _array_ufunc
-
-    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
-        if func is np.where and len(args) == 3:
-            return where(*args)
-        if func is np.linalg.cholesky and len(args) == 1:
-            return _d.cholesky(*args)
-        if func in _OF_PIVOTS:
-            raise _d.ArgumentError(
-                f"np.linalg.{func.__name__} of recorded values would decide by pivots; "
-                "expected dyntape.symmetric_solve(a, b), or np.linalg.cholesky"
-            )
-        return super().__array_function__(func, types, args, kwargs)
+    __array_function__ = _array_function
 
 
-setattr(_d.AD, "__array_ufunc__", _array_ufunc)
+for _type in (_d.AD, _d.Condition):  # numpy asks single values as it asks arrays
+    setattr(_type, "__array_ufunc__", _array_ufunc)
+    setattr(_type, "__array_function__", _array_function)
 
 
 def where(condition: Any, a: Any, b: Any) -> Any:
@@ -97,3 +121,37 @@ def where(condition: Any, a: Any, b: Any) -> Any:
     """
     values = (_plain(value) for value in (condition, a, b))
     return _taped(np.asarray(_SELECT(*values), dtype=object))
+
+
+def norm(x: Any, smoothing: float) -> Any:
+    """sqrt(x . x + smoothing^2) of all entries of x: a length with derivatives of all orders, also at x = 0.
+
+    smoothing > 0, in the unit of x.  The result is too long by smoothing at x = 0, by smoothing^2 / (2 |x|) far from it.
+
+    >>> f = dyntape.record(lambda x: dyntape.norm(x, 1e-3), 2)
+    >>> f.jacobian([0.0, 0.0])
+    array([0., 0.])
+    """
+    _check_smoothing(smoothing, "norm")
+    entries = np.asanyarray(x)
+    return np.sqrt(np.sum(entries * entries) + smoothing * smoothing)
+
+
+def safe_divide(a: Any, b: Any, smoothing: float) -> Any:
+    """a b / (b^2 + smoothing^2): a quotient with derivatives of all orders, also at b = 0, where it is 0.
+
+    smoothing > 0, in the unit of b.  Far from b = 0 it is a / b within a part (smoothing / b)^2.
+
+    >>> f = dyntape.record(lambda x: dyntape.safe_divide(x[0], x[1], 1e-3), 2)
+    >>> f([1.0, 0.0])
+    0.0
+    """
+    _check_smoothing(smoothing, "safe_divide")
+    over, under = (value if isinstance(value, _d.AD) else np.asanyarray(value)[()] for value in (a, b))
+    length = np.hypot(under, smoothing)
+    return over * (under / length) / length
+
+
+def _check_smoothing(smoothing: float, function: str) -> None:
+    if not 0 < smoothing < np.inf:
+        raise _d.ArgumentError(f"{function}: smoothing: got {smoothing}, expected a number greater than 0")

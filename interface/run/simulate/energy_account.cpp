@@ -8,6 +8,7 @@ using Eigen::VectorXd;
 
 WorkRule work_rule(const Scene& scene) {
   if (is_adaptive(scene.integrator)) return WorkRule::kGauss;
+  if (scene.integrator != Integrator::kRungeKutta4) return WorkRule::kStage;
   return scene.commands.t.size() > 1 || scene.commands.followed ? WorkRule::kSimpson : WorkRule::kCubic;
 }
 
@@ -15,7 +16,7 @@ EnergyAccount::EnergyAccount(const Scene& scene, const EnergyLayout& layout, Tak
     : is_cubic_(work_rule(scene) == WorkRule::kCubic),
       take_(std::move(take)),
       balances_(layout.mechanisms),
-      work_(MatrixXd::Zero(Eigen::Index(layout.flows.size()) + 1, Eigen::Index(layout.mechanisms.size()))),
+      work_(MatrixXd::Zero(Eigen::Index(layout.flows.size()), Eigen::Index(layout.mechanisms.size()))),
       cubic_(scene.step, work_.size()) {}
 
 void EnergyAccount::start(const Energy& energy) {
@@ -23,15 +24,15 @@ void EnergyAccount::start(const Energy& energy) {
   reach(energy, work_);
 }
 
-void EnergyAccount::add(const Energy& energy, const MatrixXd& work_of_step) {
+void EnergyAccount::add(const Energy& energy, const MatrixXd& unstored_work_of_step) {
   if (is_cubic_) return append(energy);
-  work_ += work_of_step;
+  work_ += unstored_work_of_step;
   reach(energy, work_);
 }
 
 void EnergyAccount::append(const Energy& energy) {
   waiting_.push_back(energy);
-  cubic_.append(energy.power.reshaped(), [this](const VectorXd& work) { take_next(work); });
+  cubic_.append(energy.unstored.reshaped(), [this](const VectorXd& work) { take_next(work); });
 }
 
 // Of the first step whose energy waits for its work.
@@ -40,7 +41,10 @@ void EnergyAccount::take_next(const VectorXd& work) {
   waiting_.pop_front();
 }
 
-void EnergyAccount::reach(const Energy& energy, const MatrixXd& work) {
+void EnergyAccount::reach(const Energy& energy, const MatrixXd& unstored_work) {
+  if (stored_of_.size() == 0) stored_of_ = energy.stored_of;
+  MatrixXd work = unstored_work;
+  work.topRows(stored_of_.rows()) += stored_of_ - energy.stored_of;
   balances_.add(energy, work);
   if (take_) take_(work);
 }

@@ -17,7 +17,7 @@ int joint_with_dof(const dynamics::Model<double>& model, int dof) {
 }  // namespace
 
 RigidAccount::RigidAccount(const Scene& scene, EnergyMeter& meter)
-    : of_steps_(scene, meter), flows_(Eigen::Index(meter.layout().flows.size())) {
+    : of_steps_(scene, meter), nq_(scene.robot.model.nq), flows_(Eigen::Index(meter.layout().flows.size())) {
   const SceneConstraints& constraints = scene.robot.constraints;
   const auto& [contacts, stops] = constraints.rigid;
   const std::vector<dynamics::ContactBlock> blocks = dynamics::blocks_of(constraints.rigid);
@@ -33,7 +33,7 @@ RigidAccount::RigidAccount(const Scene& scene, EnergyMeter& meter)
     }
   }
   const auto n = Eigen::Index(meter.layout().mechanisms.size());
-  work_ = MatrixXd::Zero(flows_ + Eigen::Index(names(constraints).size()) + 1, n);
+  work_ = MatrixXd::Zero(flows_ + Eigen::Index(names(constraints).size()), n);
   reactions_ = VectorXd::Zero(Eigen::Index(row_flow_.size()));
 }
 
@@ -50,15 +50,24 @@ void RigidAccount::add_rows(const VectorXd& products) {
     work_(row_flow_[i], row_mechanism_[i]) += products[Eigen::Index(i)];
 }
 
+// Of the rows: those that the forces of a piece act along.
+VectorXd RigidAccount::mean_velocities(RigidFunctions& functions, const RigidPiece& piece,
+                                       const VectorXd& u) const {
+  if (!of_steps_.has_stage()) {
+    VectorXd mean = functions.near(piece.begin).u / 6;
+    mean += 4 * functions.near(piece.middle).u / 6;
+    return mean + functions.near(piece.end).u / 6;
+  }
+  auto [x, along] = of_steps_.stage_of(piece.begin, piece.end, u, piece.h);
+  x.segment(nq_, along.size()) = along;
+  return functions.near(x).u;
+}
+
 void RigidAccount::add(RigidStepper& rigid, const VectorXd& u, double h) {
   reactions_.setZero();
   for (const RigidPiece& piece : rigid.pieces()) {
-    const MatrixXd work = of_steps_.between({piece.begin, piece.middle, piece.end}, u, piece.h);
-    work_.topRows(flows_) += work.topRows(flows_);
-    work_.bottomRows<1>() += work.bottomRows<1>();
-    for (const auto& [x, weight] :
-         {std::pair(&piece.begin, 1 / 6.), {&piece.middle, 4 / 6.}, {&piece.end, 1 / 6.}})
-      add_rows(weight * piece.h * piece.forces.cwiseProduct(rigid.functions().near(*x).u));
+    work_.topRows(flows_) += of_steps_.between({piece.begin, piece.middle, piece.end}, u, piece.h);
+    add_rows(piece.h * piece.forces.cwiseProduct(mean_velocities(rigid.functions(), piece, u)));
     reactions_ += piece.h / h * piece.forces;
   }
   for (const RigidImpact& impact : rigid.impacts()) {

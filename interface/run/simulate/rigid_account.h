@@ -4,8 +4,8 @@
 //
 //   RigidAccount account(scene, energy_meter);
 //   account.add(rigid, u, h);                        // after each step of a RigidStepper
-//   account.work()                                   // (J) since the start: the meter's flows, rigid contacts, hard limits,
-//                                                    //   what was released; of each mechanism
+//   account.work()                                   // (J) since the start, unstored: the meter's flows, rigid contacts,
+//                                                    //   hard limits; of each mechanism
 //   account.reactions()                              // (m) mean forces of the rows over the last step (N, N m)
 //
 // Powers are integrated piece by piece, between events (step_work.h).  Impulses: p . (u- + u+) / 2, which is the
@@ -33,7 +33,11 @@ class RigidAccount {
  private:
   void add_rows(const Eigen::VectorXd& products);
 
+  Eigen::VectorXd mean_velocities(RigidFunctions& functions, const RigidPiece& piece,
+                                  const Eigen::VectorXd& u) const;
+
   StepWork of_steps_;
+  Eigen::Index nq_;
   Eigen::Index flows_;                  // of the meter
   std::vector<Eigen::Index> row_flow_;  // of each row of contacts and stops: its flow, and its mechanism
   std::vector<int> row_mechanism_;

@@ -125,8 +125,7 @@ class SceneRun {
     states_.push_back(x_);
     drives_.push_back(drive_in(scene_, x_, u));
     const VectorXd powers = energy.power.rowwise().sum();
-    for (Eigen::Index i = 0; i + 1 < powers.size(); ++i)
-      motion_.flows[std::size_t(i)].power.push_back(powers[i]);
+    for (Eigen::Index i = 0; i < powers.size(); ++i) motion_.flows[std::size_t(i)].power.push_back(powers[i]);
     if (!of_rigid_) return;
     reactions_.push_back(of_rigid_->reactions());
     motion_.deepest = std::max(motion_.deepest, -steps_.rigid->functions().near(x_).gap.minCoeff());
@@ -137,7 +136,6 @@ class SceneRun {
     const VectorXd all = work.rowwise().sum();
     for (std::size_t i = 0; i < motion_.flows.size(); ++i)
       motion_.flows[i].work.push_back(all[Eigen::Index(i)]);
-    motion_.released.push_back(all[all.size() - 1]);
   }
 
   void join_columns() {

@@ -10,11 +10,11 @@
 // The step contains what the scene calls for and nothing else: effects that are off leave no operation.
 //
 // Energy balance.  The kinetic energy changes by the work of the motors and of each effect, gravity among them,
-//   T = T(0) + sum of int P dt,    P = v . tau of that effect alone.
-// The integrals are those along the steps (energy_account.h): exact to h^4, of contacts, which begin within a step, less.  What
-// effects with a potential store is known besides.  With rigid contacts or hard limits they are taken between events
-// (rigid_account.h); power is then of the other flows alone.  What does not add up is what the steps took or gave, and
-// more than a tenth of what moved, in any mechanism by itself, is a warning (energy_balance.h).
+//   T = T(0) + sum of W + what the steps gave.
+// W of what a potential stores is what it stores less.  Other work is that of the scheme's own forces along its own velocities
+// (energy_account.h), so that a scheme that keeps the energy balances to rounding, and another is off by what it took or gave.
+// With rigid contacts or hard limits it is taken between events (rigid_account.h); power is then of the other flows alone.  More
+// than a tenth of what moved, in any mechanism by itself, is a warning (energy_balance.h).
 //
 // A motion that leaves the finite numbers, or a step whose equations have no solution, ends the simulation there:
 // `trouble` says when and why.  One whose steps are too long to be trusted has a `warning` (stability.h).
@@ -42,7 +42,6 @@ struct SimulatedMotion {
   std::vector<double> t;                // (s)
   Eigen::MatrixXd q, v, drive;          // (nq, nv, driven joints) x samples; drive: torques of the motors
   std::vector<double> kinetic, stored;  // (J)
-  std::vector<double> released;         // (J) since the start, of what is stored: the work of what stores it
   // (m) x samples, of the rows of rigid contacts and stops (rigid_contacts.h): their means over the step that ends with the
   // sample, impulses included (N, N m).
   Eigen::MatrixXd reactions;

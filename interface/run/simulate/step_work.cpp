@@ -28,7 +28,8 @@ Eigen::Vector3d moments_of_decay(double z) {
   return moments;
 }
 
-StepWork::StepWork(const Scene& scene, EnergyMeter& meter) : scene_(scene), meter_(meter) {
+StepWork::StepWork(const Scene& scene, EnergyMeter& meter)
+    : scene_(scene), meter_(meter), has_stage_(work_rule(scene) == WorkRule::kStage) {
   const auto& model = scene.robot.model;
   const std::vector<int> place = mechanism_of_joints(meter.layout().mechanisms, model.njoints());
   std::vector<int> of_dof(std::size_t(model.nv), 0);
@@ -57,10 +58,37 @@ double StepWork::of_motor(std::size_t k, const States& x, const VectorXd& moved,
   return of_command + (x.begin[motor.in_x] - u) * h * parabola.dot(moments_of_decay(h / motor.lag));
 }
 
+StepWork::Stage StepWork::stage_of(const VectorXd& begin, const VectorXd& end, const VectorXd& u,
+                                   double h) const {
+  const auto& model = scene_.robot.model;
+  const int nq = model.nq, nv = model.nv;
+  const VectorXd mean = (begin.segment(nq, nv) + end.segment(nq, nv)) / 2;
+  Stage stage{end, mean};  // motors are those at the end of the step
+  if (scene_.integrator == Integrator::kImplicitVelocity) return stage;
+  if (scene_.integrator == Integrator::kSemiImplicitEuler) {
+    stage.x.head(nq + nv) = begin.head(nq + nv);
+    return stage;
+  }
+  const VectorXd q = begin.head(nq), xi = dynamics::difference<double>(model, q, VectorXd(end.head(nq)));
+  stage.along = xi / h;
+  stage.x.head(nq) = dynamics::integrate<double>(model, q, VectorXd(xi / 2));
+  stage.x.segment(nq, nv) = stage.along;
+  for (std::size_t k = 0; k < motors_.size(); ++k) {
+    const auto& [dof, mechanism, lag, in_x] = motors_[k];
+    const double told = u[Eigen::Index(k)];
+    if (lag > 0) stage.x[in_x] = told + (begin[in_x] - told) * std::exp(-h / 2 / lag);
+  }
+  return stage;
+}
+
 MatrixXd StepWork::between(const States& x, const VectorXd& u, double h, const VectorXd& p) {
-  MatrixXd work = h / 6 * meter_.at(x.begin, u, p).power;
-  work += 4 * h / 6 * meter_.at(x.middle, u, p).power;
-  work += h / 6 * meter_.at(x.end, u, p).power;
+  if (has_stage_) {
+    const Stage stage = stage_of(x.begin, x.end, u, h);
+    return h * meter_.along(stage.along, stage.x, u, p).unstored;
+  }
+  MatrixXd work = h / 6 * meter_.at(x.begin, u, p).unstored;
+  work += 4 * h / 6 * meter_.at(x.middle, u, p).unstored;
+  work += h / 6 * meter_.at(x.end, u, p).unstored;
   put_motors(x, u, h, work);
   return work;
 }
@@ -79,12 +107,12 @@ MotionWork::MotionWork(const Scene& scene, EnergyMeter& meter, Stepper& stepper)
       stepper_(stepper),
       of_steps_(scene, meter),
       middle_(stepper.nx()),
-      of_step_(MatrixXd::Zero(Eigen::Index(meter.layout().flows.size()) + 1,
+      of_step_(MatrixXd::Zero(Eigen::Index(meter.layout().flows.size()),
                               Eigen::Index(meter.layout().mechanisms.size()))) {
   if (work_rule(scene) != WorkRule::kGauss) return;
   stepper.watch([this, &meter](const double* x, double weight) {
     middle_ = Eigen::Map<const VectorXd>(x, middle_.size());
-    of_step_ += weight * meter.at(middle_, u_, p_).power;
+    of_step_ += weight * meter.at(middle_, u_, p_).unstored;
   });
 }
 
@@ -94,11 +122,10 @@ void MotionWork::before_step(const VectorXd& u, const VectorXd& p) {
 }
 
 const MatrixXd& MotionWork::after_step(double t, const VectorXd& x, const VectorXd& next) {
-  if (work_rule(scene_) == WorkRule::kSimpson) {
-    const double h = scene_.step;
-    if (!stepper_.step(t, h / 2, x.data(), u_.data(), p_.data(), middle_.data())) middle_ = next;
-    of_step_ = of_steps_.between({x, middle_, next}, u_, h, p_);
-  }
+  const double h = scene_.step;
+  const bool has_middle = work_rule(scene_) == WorkRule::kSimpson;
+  if (has_middle && !stepper_.step(t, h / 2, x.data(), u_.data(), p_.data(), middle_.data())) middle_ = next;
+  if (has_middle || of_steps_.has_stage()) of_step_ = of_steps_.between({x, middle_, next}, u_, h, p_);
   return of_step_;
 }
 

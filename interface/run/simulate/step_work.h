@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The work of all that acts over a step, with what the motors are told held as the step holds it.
+// The work over a step of all that no potential stores, with what the motors are told held as the step holds it.
 //
 //   StepWork work(scene, energy_meter);
-//   work.between({begin, middle, end}, u, h)      // (flows + 1, mechanisms) J, last what is released of what is stored
+//   work.between({begin, middle, end}, u, h)      // (flows, mechanisms) J, by the rule of the scene (energy_account.h)
 //   work.put_motors({begin, middle, end}, u, h, sum)      // into Simpson's sum of all powers
 //
-// By Simpson's rule, but for motors: a torque that is held does tau . dq exactly, and one that follows its command with a lag
+// Schemes with one evaluation of the forces f a step change the momenta by h f: the work is h f along a velocity w.
+//   semi-implicit-euler   f at (q, v)                     w = (v + v') / 2
+//   implicit-velocity     f at (q', v')                   w = (v + v') / 2
+//   implicit-midpoint,    f at (q (+) xi / 2, xi / h)     w = xi / h,   xi = q' (-) q
+//   variational
+// Other steps by Simpson's rule, but for motors: a torque that is held does tau . dq exactly, and one that follows its command
+// with a lag
 //   int (u + (m - u) exp(-s / lag)) v ds,     v the parabola through beginning, middle and end, exactly.
 #pragma once
 
@@ -18,12 +24,19 @@ namespace dyntape {
 class StepWork {
  public:
   struct States {
-    const Eigen::VectorXd &begin, &middle, &end;
+    const Eigen::VectorXd &begin, &middle, &end;  // the middle is not read where a scheme has one evaluation
+  };
+  // Where such a scheme evaluates the forces of a step, and w.
+  struct Stage {
+    Eigen::VectorXd x, along;
   };
 
   StepWork(const Scene& scene, EnergyMeter& meter);
 
   Eigen::MatrixXd between(const States& x, const Eigen::VectorXd& u, double h, const Eigen::VectorXd& p = {});
+  bool has_stage() const { return has_stage_; }
+  Stage stage_of(const Eigen::VectorXd& begin, const Eigen::VectorXd& end, const Eigen::VectorXd& u,
+                 double h) const;
   // In place of what the sum has of motors.
   void put_motors(const States& x, const Eigen::VectorXd& u, double h, Eigen::MatrixXd& sum) const;
 
@@ -37,6 +50,7 @@ class StepWork {
   };
   const Scene& scene_;
   EnergyMeter& meter_;
+  bool has_stage_;
   std::vector<Motor> motors_;
 };
 

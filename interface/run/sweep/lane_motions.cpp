@@ -16,6 +16,7 @@ LaneMotions::LaneMotions(SweptFunctions& functions, long first, long count)
       nq_(scene_.robot.model.nq),
       nv_(scene_.robot.model.nv),
       n_arguments_(2 + functions.stepper.n_u() + functions.stepper.n_p()),
+      n_energy_arguments_(n_arguments_ + nv_),
       rule_(work_rule(scene_)),
       of_steps_(scene_, functions.meter) {
   for (long k = 0; k < count; ++k) {
@@ -29,6 +30,7 @@ LaneMotions::LaneMotions(SweptFunctions& functions, long first, long count)
   for (codegen::AlignedRoom* array : {&x_, &next_, &half_, &twice_, &kept_x_})
     array->resize(n * std::size_t(nx_));
   arguments_.resize(n * std::size_t(n_arguments_));
+  energy_arguments_.resize(n * std::size_t(n_energy_arguments_));
   energies_.resize(n * std::size_t(functions.meter.layout().size()));
   for (codegen::AlignedRoom* array : {&speeds_, &most_energy_, &kept_speeds_, &kept_most_energy_})
     array->resize(n);
@@ -81,8 +83,17 @@ void LaneMotions::note_speeds() {
   }
 }
 
+// Those of the steps, with powers along the velocities of x.
+void LaneMotions::put_energy_arguments(const double* x) {
+  for (long b = 0; b < places() / width_; ++b) {
+    double* to = energy_arguments_.data() + b * n_energy_arguments_ * width_;
+    to = std::copy_n(arguments_.data() + b * n_arguments_ * width_, n_arguments_ * width_, to);
+    std::copy_n(x + (b * nx_ + nq_) * width_, nv_ * width_, to);
+  }
+}
+
 void LaneMotions::evaluate_energies(const double* x) {
-  functions_.meter.side_by_side(std::size_t(places()), std::size_t(width_), x, arguments_.data(),
+  functions_.meter.side_by_side(std::size_t(places()), std::size_t(width_), x, energy_arguments_.data(),
                                 energies_.data(), unread_.data());
 }
 
@@ -103,6 +114,26 @@ void LaneMotions::judge_energies() {
   }
 }
 
+// Of schemes with one evaluation of the forces; after the whole step, whose end is in next_.
+void LaneMotions::work_of_stage() {
+  const int n_u = functions_.stepper.n_u();
+  put_energy_arguments(x_.data());
+  for (long k = 0; k < long(motions.size()); ++k) {
+    const StepWork::Stage stage =
+        of_steps_.stage_of(entries_of(x_, nx_, 0, nx_, k), entries_of(next_, nx_, 0, nx_, k),
+                           entries_of(arguments_, n_arguments_, 2, n_u, k), scene_.step);
+    for (long i = 0; i < nx_; ++i) at(half_.data(), nx_, i, k) = stage.x[i];
+    for (long i = 0; i < nv_; ++i)
+      at(energy_arguments_.data(), n_energy_arguments_, n_arguments_ + i, k) = stage.along[i];
+  }
+  evaluate_energies(half_.data());
+  const Eigen::Index size = functions_.meter.layout().size();
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    functions_.meter.layout().read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
+    work_[k] = scene_.step * energy_.unstored;
+  }
+}
+
 // By Simpson's rule; after the whole step, whose end is in next_.
 void LaneMotions::work_of_step(double t) {
   const double h = scene_.step;
@@ -115,11 +146,12 @@ void LaneMotions::work_of_step(double t) {
   const std::pair<double*, double> states[] = {
       {x_.data(), h / 6}, {half_.data(), 4 * h / 6}, {next_.data(), h / 6}};
   for (const auto& [x, weight] : states) {
+    put_energy_arguments(x);
     evaluate_energies(x);
     for (std::size_t k = 0; k < motions.size(); ++k) {
       functions_.meter.layout().read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
-      if (x == x_.data()) work_[k].setZero(energy_.power.rows(), energy_.power.cols());
-      work_[k] += weight * energy_.power;
+      if (x == x_.data()) work_[k].setZero(energy_.unstored.rows(), energy_.unstored.cols());
+      work_[k] += weight * energy_.unstored;
     }
   }
   const int n_u = functions_.stepper.n_u();
@@ -157,11 +189,13 @@ bool LaneMotions::step(long step) {
   const bool sound = functions_.stepper.steps_side_by_side(std::size_t(places()), x_.data(),
                                                            arguments_.data(), next_.data(), status_.data());
   if (rule_ == WorkRule::kSimpson) work_of_step(t);
+  if (rule_ == WorkRule::kStage) work_of_stage();
   if (is_look(scene_, step)) try_halves(t);
   std::swap(x_, next_);
   step_ = step + 1;
   note_speeds();
   set_times(t, scene_.step);
+  put_energy_arguments(x_.data());
   evaluate_energies(x_.data());
   judge_energies();
   if (scene_.is_sample(step_)) note_energies();

@@ -40,9 +40,11 @@ class LaneMotions {
   void set_times(double t, double h);
   void note_speeds();
   void evaluate_energies(const double* x);
+  void put_energy_arguments(const double* x);
   void note_energies();
   void judge_energies();
   void work_of_step(double t);
+  void work_of_stage();
   void try_halves(double t);
   void keep();
   void look_for_failures();
@@ -51,9 +53,10 @@ class LaneMotions {
 
   SweptFunctions& functions_;
   const Scene& scene_;
-  long width_, nx_, nq_, nv_, n_arguments_;
+  long width_, nx_, nq_, nv_, n_arguments_, n_energy_arguments_;
   std::vector<char> is_over_;
-  codegen::AlignedRoom x_, next_, arguments_, half_, twice_, energies_, speeds_, most_energy_;
+  codegen::AlignedRoom x_, next_, arguments_, energy_arguments_, half_, twice_, energies_, speeds_,
+      most_energy_;
   codegen::AlignedRoom kept_x_, kept_speeds_, kept_most_energy_;
   long kept_step_ = 0, step_ = 0;
   std::vector<std::uint32_t> status_, unread_;
