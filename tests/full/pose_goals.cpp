@@ -21,6 +21,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algebra/lie.h>
 #include <dyntape/interface/control/discretize/resampled.h>
+#include <dyntape/interface/control/solve/solve.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
 #include <dyntape/interface/motion/of_kinematics.h>
 #include <dyntape/interface/run/solve/limits.h>
@@ -132,17 +133,18 @@ class Goals {
     if (!program_) program_.emplace(discretize(task_.problem, task_.optimise.mesh));
     program_->set_values(task_.problem);
     Outcome outcome{optimise(*program_, program_->start(), task_.optimise), ""};
-    for (;; ++outcome.meshes) {
-      Solution& s = outcome.solution;
-      outcome.failure = failure(s);
-      if (outcome.failure.empty() || !s.success() || outcome.meshes > task_.demands.refinements)
-        return outcome;
-      StagedNlp finer = discretize(*program_, halved(s.motion));
-      std::vector<double> x = finer.variables(resampled(task_.problem, s.motion, finer.times()));
-      for (std::size_t i = 0; i < x.size(); ++i)
-        x[i] = std::clamp(x[i], finer.shape().x_lower[i], finer.shape().x_upper[i]);
-      s = optimise(finer, x, task_.optimise);
-    }
+    Solution& s = outcome.solution;
+    auto program = std::make_unique<StagedNlp>(discretize(*program_, s.motion.nodes()));
+    RefineSteps steps;
+    steps.refinements = task_.demands.refinements, steps.most_intervals = 5000;
+    steps.options = [this] { return task_.optimise; };
+    steps.add_faults = [this](const Solution& now, MeshFaults& faults) {
+      if (!limit_excesses(task_, now.motion).empty()) faults[0].setConstant(2);
+    };
+    steps.solved = [&](const Solution&) { ++outcome.meshes; };
+    refine(program, s, steps);
+    outcome.failure = failure(s);
+    return outcome;
   }
 
   // What is wrong with a motion that is called solved; "": nothing.
@@ -186,7 +188,8 @@ class Goals {
  private:
   // As the verdict of a task finds it.
   std::string failure(const Solution& s) const {
-    if (!s.success()) return to_string(s.nlp.status);
+    if (!s.converged()) return to_string(s.nlp.status);
+    if (!s.success()) return s.refinement_trouble.empty() ? "too coarse" : "no finer mesh";
     if (!(s.verification.violation <= task_.demands.violation)) return "violation";
     if (!(s.verification.worst_relative <= task_.demands.integration_error)) return "defect";
     const std::vector<LimitExcess> excesses = limit_excesses(task_, s.motion);
