@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/control/solve/solve.h>
 #include <dyntape/interface/motion/capsules.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
 #include <dyntape/interface/motion/robot_problem.h>
@@ -38,12 +38,12 @@ int main(int argc, char** argv) {
   ends.goal.head(n) = *there;
   p.guess = straight_line(ends);
 
-  const Solution s = optimise(p);
+  const Solution s = solve(p);
   double least = 1;
   for (int k = 0; k < s.motion.points(); ++k)
     least = std::min(least, clearance(scene.model, s.motion.x.col(k).head(n), hand, post));
   const Eigen::VectorXd miss = frame_error(scene, place)(Stage<double>{2, s.motion.x.rightCols(1), {}, {}});
-  std::printf("%s: %d iterations, cost %.4f, misses by %.1e m, clear by %.1e m\n", describe(s.nlp.status),
-              s.nlp.iterations(), s.cost(), miss.norm(), least);
+  std::printf("%s: %d iterations, cost %.4f, misses by %.1e m, clear by %.1e m\n", s.verdict().c_str(),
+              s.iterations(), s.cost(), miss.norm(), least);
   return s.success() && miss.norm() < 1e-6 && least > -1e-6 ? 0 : 1;
 }

@@ -8,7 +8,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/control/solve/solve.h>
 #include <dyntape/interface/motion/robot_problem.h>
 #include <dyntape/interface/motion/robot_terms.h>
 
@@ -47,7 +47,10 @@ int main() try {
       }),
       Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, HUGE_VAL)));
 
-  const Solution s = optimise(p, {.mesh = {.intervals = 60}, .solver = {.method = NlpMethod::kRiccati}});
+  SolveOptions options;
+  options.mesh.intervals = 60;
+  options.solver.method = NlpMethod::kRiccati;
+  const Solution s = solve(p, options);
   double highest = 0, swing = 0, least = 1;
   for (int k = 0; k < s.motion.points(); ++k) {
     const Eigen::VectorXd at = load(p.stage(s.motion.t[k], s.motion.x.col(k), {}, s.motion.u.col(k)));
@@ -58,7 +61,7 @@ int main() try {
     least = std::min(least, at[2] - 2 * std::exp(-4 * (at[0] - 3) * (at[0] - 3)));
   }
   std::printf("%s, %d iterations; load lifted to %.2f m, swings up to %.2f rad, clears the hill by %.1e m\n",
-              to_string(s.nlp.status), s.nlp.iterations(), highest, swing, least);
+              to_string(s.nlp.status), s.iterations(), highest, swing, least);
   // Lengthening is positive, and the rope hangs on the trolley: at rest the winch holds the load alone.
   const double pull = -holding_torque(scene, p.start.head(3))[2];
   std::printf("at rest the winch pulls with %.2f N\n", pull);

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/control/solve/solve.h>
 
 using namespace dyntape;
 
@@ -51,19 +51,19 @@ double farthest_tip(const Trajectory& motion) {
 }
 
 int main() try {
-  const Solution plain = optimise(swing_up());
+  const Solution plain = solve(swing_up());
 
   Problem p = swing_up();
   p.add(running_cost("gentle tip", [](const auto& s) { return 2.0 * tip_speed_squared(s); }));
   p.add(path_inequality(
       "wall", [](const auto& s) { return tip_position(s); }, Eigen::VectorXd::Constant(1, -10.0),
       Eigen::VectorXd::Constant(1, 1.3)));
-  const Solution custom = optimise(p);
+  const Solution custom = solve(p);
 
   for (const Solution* s : {&plain, &custom}) {
     std::printf(
         "%-7s %s in %2d iterations: cost %9.5f, tip reaches %.4f m, violation %.0e, true defect %.0e\n",
-        s == &plain ? "plain" : "custom", to_string(s->nlp.status), s->nlp.iterations(), s->cost(),
+        s == &plain ? "plain" : "custom", to_string(s->nlp.status), s->iterations(), s->cost(),
         farthest_tip(s->motion), s->verification.violation, s->verification.worst_defect);
   }
   const bool good = plain.success() && custom.success() && farthest_tip(plain.motion) > 1.5 &&

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include <dyntape/interface/control/discretize/dormand_prince.h>
+#include <dyntape/interface/control/problem/dormand_prince.h>
 #include <dyntape/interface/control/discretize/verify.h>
 #include "ocp_problems.h"
 

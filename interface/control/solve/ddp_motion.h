@@ -12,7 +12,7 @@
 #include <optional>
 
 #include <dyntape/interface/control/discretize/end_cost.h>
-#include <dyntape/interface/control/discretize/shooting_steps.h>
+#include <dyntape/interface/control/solve/shooting_steps.h>
 #include <dyntape/interface/control/solve/ddp_solution.h>
 #include <dyntape/interface/control/solve/ddp_work.h>
 #include <dyntape/interface/control/solve/stage_secants.h>

@@ -5,7 +5,7 @@
 
 #include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/control/discretize/end_cost.h>
-#include <dyntape/interface/control/discretize/shooting_steps.h>
+#include <dyntape/interface/control/solve/shooting_steps.h>
 
 namespace dyntape {
 

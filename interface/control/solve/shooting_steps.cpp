@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/control/discretize/shooting_steps.h>
+#include <dyntape/interface/control/solve/shooting_steps.h>
 
 #include <algorithm>
 #include <cmath>
