@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include <dyntape/interface/control/problem/dormand_prince.h>
 #include <dyntape/interface/control/discretize/verify.h>
+#include <dyntape/interface/control/problem/dormand_prince.h>
 #include "ocp_problems.h"
 
 namespace dyntape::ocp_simulation_test {

@@ -9,10 +9,10 @@
 
 #include <dyntape/codegen/run/threads.h>
 #include <dyntape/interface/control/batch/batch_cases.h>
-#include <dyntape/interface/control/solve/shooting_steps.h>
 #include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/control/solve/ddp_course.h>
 #include <dyntape/interface/control/solve/ddp_sensitivities.h>
+#include <dyntape/interface/control/solve/shooting_steps.h>
 #include <dyntape/interface/io/stopwatch.h>
 
 namespace dyntape {

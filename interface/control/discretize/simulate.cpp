@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dyntape/interface/control/problem/dormand_prince.h>
 #include <dyntape/interface/control/discretize/verify.h>
+#include <dyntape/interface/control/problem/dormand_prince.h>
 #include <dyntape/interface/io/number.h>
 
 namespace dyntape {

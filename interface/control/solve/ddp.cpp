@@ -6,10 +6,10 @@
 #include <utility>
 
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/interface/control/solve/shooting_steps.h>
 #include <dyntape/interface/control/solve/ddp_course.h>
 #include <dyntape/interface/control/solve/ddp_motion.h>
 #include <dyntape/interface/control/solve/ddp_sensitivities.h>
+#include <dyntape/interface/control/solve/shooting_steps.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
 

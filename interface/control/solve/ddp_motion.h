@@ -12,9 +12,9 @@
 #include <optional>
 
 #include <dyntape/interface/control/discretize/end_cost.h>
-#include <dyntape/interface/control/solve/shooting_steps.h>
 #include <dyntape/interface/control/solve/ddp_solution.h>
 #include <dyntape/interface/control/solve/ddp_work.h>
+#include <dyntape/interface/control/solve/shooting_steps.h>
 #include <dyntape/interface/control/solve/stage_secants.h>
 
 namespace dyntape {

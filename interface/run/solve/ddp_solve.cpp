@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/solve/shooting_steps.h>
 #include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/control/solve/shooting_steps.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/run/solve/refined_solve.h>
 #include <dyntape/interface/run/solve/solve_rounds.h>
