@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kLooks = 8;               // from one point of the mesh to the next
+constexpr int kLooksBetween = 8;        // from one point of the mesh to the next
 constexpr int kNarrowings = 12;         // of the bracket around an extremum
 constexpr double kLeastMovement = 0.5;  // in an interval, of the movement in the whole motion
 constexpr double kOfJumps = 5;  // of the movement of controls, which polynomials overshoot where these jump
@@ -92,8 +92,8 @@ class Search {
   void look_everywhere() {
     if (!has_rows()) return;
     for (int p = 0; p + 1 < motion_.points(); ++p) {
-      for (int i = 1; i < kLooks; ++i) {
-        places_.push_back({p, double(i) / kLooks});
+      for (int i = 1; i < kLooksBetween; ++i) {
+        places_.push_back({p, double(i) / kLooksBetween});
         stages_.push_back(between_.at(p, places_.back().fraction));
       }
     }
@@ -107,6 +107,7 @@ class Search {
     const double lower = bounds.lower[i], upper = bounds.upper[i];
     if (lower == -HUGE_VAL && upper == HUGE_VAL) return;
     std::vector<double> values;
+    values.reserve(stages_.size());
     for (const Stage<double>& s : stages_) values.push_back(part_of(s, part)[i]);
     const Value value = [&](const Stage<double>& s) { return part_of(s, part)[i]; };
     const auto size = [&](const Place&) {
@@ -120,9 +121,11 @@ class Search {
 
   void search_term(const Term& term) {
     std::vector<VectorXd> rows;
+    rows.reserve(stages_.size());
     for (const Stage<double>& s : stages_) rows.push_back(term.function(s));
     for (Eigen::Index r = 0; r < term.lower.size(); ++r) {
       std::vector<double> values;
+      values.reserve(rows.size());
       for (const VectorXd& row : rows) values.push_back(row[r]);
       const std::string index = term.lower.size() > 1 ? "[" + std::to_string(r) + "]" : "";
       const Value value = [&](const Stage<double>& s) { return term.function(s)[r]; };
@@ -165,7 +168,7 @@ class Search {
   void search(const std::string& name, const std::vector<double>& values, const Value& value, double lower,
               double upper, const Size& size) {
     std::optional<Passing> worst;
-    const std::size_t of_interval = std::size_t(kLooks - 1) * std::size_t(motion_.scheme.points() - 1);
+    const std::size_t of_interval = std::size_t(kLooksBetween - 1) * std::size_t(motion_.scheme.points() - 1);
     for (std::size_t first = 0; first < values.size(); first += of_interval) {
       std::size_t most = first;
       for (std::size_t i = first; i < std::min(first + of_interval, values.size()); ++i)
@@ -194,7 +197,7 @@ class Search {
   // Golden section between the neighbours of a look.
   Place extremum(const Place& look, const Value& value, double lower, double upper) const {
     constexpr double kGolden = 0.6180339887498949;
-    double a = look.fraction - 1.0 / kLooks, b = look.fraction + 1.0 / kLooks;
+    double a = look.fraction - 1.0 / kLooksBetween, b = look.fraction + 1.0 / kLooksBetween;
     const auto at = [&](double f) { return beyond(value(between_.at(look.point, f)), lower, upper); };
     double c = b - kGolden * (b - a), d = a + kGolden * (b - a), at_c = at(c), at_d = at(d);
     for (int i = 0; i < kNarrowings; ++i) {

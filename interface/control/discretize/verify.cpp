@@ -12,11 +12,11 @@ namespace dyntape {
 namespace {
 
 constexpr double kStill = 0.01;  // of its magnitude: what moves less stands still
-constexpr double kNothing = 1e-9,
+constexpr double kNoMovement = 1e-9,
                  kFarAbove = 1e3;  // a motion in whose own units nothing is more says nothing of sizes
 constexpr double kOfKind = 1e-4;   // of the largest of its kind, likewise
-constexpr double kTolerance = 1e-12,
-                 kCostTolerance = 1e-9;  // of simulations, of the cost relative to its size
+constexpr double kSimulated = 1e-12,
+                 kSimulatedCost = 1e-9;  // of simulations, of the cost relative to its size
 constexpr double kNoCost = 1e-6;  // of the nominal cost: errors of a cost that vanishes are measured by this
 
 // "q." of "q.elbow"; of a name without a dot all of it.
@@ -228,7 +228,7 @@ class Audit {
           if (stop_.stop_requested()) u.setConstant(std::nan(""));
           return u;
         },
-        kTolerance, cost);
+        kSimulated, cost);
   }
 
   Simulation until_stopped(int k, const Eigen::VectorXd& from, const RunningCost* cost = nullptr) const {
@@ -267,7 +267,7 @@ class Audit {
                   sum += cost_of(term, term.function(s));
               return sum;
             },
-            kCostTolerance * size_of_cost()};
+            kSimulatedCost * size_of_cost()};
   }
   bool has_running_cost() const {
     return std::any_of(problem_.terms.begin(), problem_.terms.end(), [](const Term& term) {
@@ -344,7 +344,7 @@ Eigen::VectorXd extents_of(const Problem& problem, const Trajectory& motion, con
     const double of_kind = largest[kind_of_state(problem.states[std::size_t(i)])];
     const double unit = std::size_t(i) < scaling.x.size() ? scaling.x[std::size_t(i)] : 1;
     // A nominal value far above all numbers of the motion says nothing of it.
-    const double size = largest_x > kNothing ? std::min(unit, kFarAbove * largest_x) : unit;
+    const double size = largest_x > kNoMovement ? std::min(unit, kFarAbove * largest_x) : unit;
     extents[i] = std::max({extents[i], kStill * size, kOfKind * of_kind});
   }
   return extents;

@@ -31,8 +31,8 @@ constexpr std::size_t kMostEntries = 64;     // in a row of a Hessian that is ch
 constexpr std::size_t kDirections = 16;      // in which others are checked
 // Differences with steps that are shorter by 16 each, where longer ones disagree: far from the origin functions bend on a small scale.
 constexpr int kAttempts = 7;
-constexpr double kLongest = 3e7;  // over the shortest step
-constexpr unsigned kPoints = 3;   // at which an entry has to mismatch: a wrong one is wrong everywhere
+constexpr double kLongestStep = 3e7;  // over the shortest step
+constexpr unsigned kPoints = 3;       // at which an entry has to mismatch: a wrong one is wrong everywhere
 
 std::size_t most_entries_of_row(const Pattern& pattern) {
   std::vector<std::size_t> entries(pattern.rows, 0);
@@ -217,7 +217,7 @@ class Checker {
     for (std::size_t k = 0; k < kDirections; ++k) {
       Vector direction = random_direction();
       double least = HUGE_VAL;
-      for (double step = kRelativeStep; step > kRelativeStep / kLongest && !(least <= kTolerance);
+      for (double step = kRelativeStep; step > kRelativeStep / kLongestStep && !(least <= kTolerance);
            step /= 16) {
         least = std::fmin(least, error_along(pattern, given, f, terms, direction, step));
         for (double& d : direction) d /= 16;

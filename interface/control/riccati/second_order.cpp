@@ -18,7 +18,8 @@ using Eigen::VectorXd;
 constexpr std::size_t kMostOfStage = 500;  // variables: factors are dense
 constexpr double kLeastCurvature = 1e-7;   // of the largest entry of W: curvature that says nothing
 constexpr double kCurved = 1e-6;           // of what d . W d is summed up from: negative beyond rounding
-constexpr double kFlat = 1e-6;  // of the largest entry of W, and of 1: a curvature that may be the barrier's
+constexpr double kNoCurvature =
+    1e-6;  // of the largest entry of W, and of 1: a curvature that may be the barrier's
 constexpr std::size_t kMostFlat = 24;     // directions
 constexpr double kLeastDistance = 1e-12;  // from a bound, of max(1, |bound|)
 constexpr double kMostRaised = 1e12;
@@ -178,7 +179,7 @@ class ReducedHessian {
   std::vector<std::vector<double>> flat_directions() {
     std::vector<std::vector<double>> found;
     if (curved_.diagonal.elastic > 0) return found;
-    const double shift = kFlat * std::max(largest_, 1.0);
+    const double shift = kNoCurvature * std::max(largest_, 1.0);
     if (is_positive(-shift) || !is_positive(shift)) return found;
     const std::size_t most = std::min(largest_stage(shape_), kMostFlat);
     KktVector right, step;

@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kFlat = 1e-10;  // of the largest curvature by controls: no strict minimum
+constexpr double kNotStrict = 1e-10;  // of the largest curvature by controls: no strict minimum
 
 // f of a stage whose last states are what its parameters are changed by.
 StageFunction of_offsets(const StageFunction& f, Index n_x) {
@@ -110,7 +110,7 @@ class PassAtSolution {
       look_for_flat(k, riccati.input_curvature());
       gains[std::size_t(k)] = riccati.policy().K;
     }
-    if (least_curvature_ <= kFlat * most_curvature_) return false;
+    if (least_curvature_ <= kNotStrict * most_curvature_) return false;
     x.resize(n_ * (N_ + 1), n_), u.resize(m_ * N_, n_);
     x.topRows(n_).setIdentity();
     for (Index k = 0; k < N_; ++k) {

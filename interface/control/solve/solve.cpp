@@ -25,7 +25,7 @@ constexpr double kMostCounted = 1e3;      // of faults
 constexpr double kManyFaults = 0.25;      // of the intervals: then all are halved
 constexpr double kAtFault = 2, kFar = 3;  // of what is demanded: such intervals are split into two, into four
 constexpr double kNearlyFeasible = 0.02;  // of nominal values
-constexpr double kLeastSeconds = 1e-3;    // a solver's limit has to be above zero
+constexpr double kSecondsAtLeast = 1e-3;  // a solver's limit has to be above zero
 constexpr double kBesideInstant =
     1e-4;  // of the duration: the length of the interval in which a control jumps
 
@@ -256,7 +256,7 @@ Solution solve_program(std::unique_ptr<StagedNlp> program, double build_seconds,
   steps.options = [&] {
     OptimiseOptions next = options;
     next.solver.max_iterations = std::max(options.solver.max_iterations - iterations, 0);
-    next.solver.max_seconds = std::max(options.solver.max_seconds - seconds, kLeastSeconds);
+    next.solver.max_seconds = std::max(options.solver.max_seconds - seconds, kSecondsAtLeast);
     next.check_derivatives = false;
     return next;
   };
