@@ -140,7 +140,9 @@ void bind_one_solution(nb::module_& module) {
           "slope", [](const S& s) { return rows_of(s.slope); }, nb::sig("def slope(self) -> Array"),
           "(N + 1, states), the gradient of the cost to go by the state.")
       .def_ro("cost", &S::cost, "What was minimised.")
-      .def_prop_ro("success", &S::success, "Whether it was solved.")
+      .def_prop_ro("success", &S::success,
+                   "Whether it converged to a minimum, the motion is what its controls do, and its cost is "
+                   "what the steps add up.")
       .def_prop_ro(
           "status", [](const S& s) { return to_string(s.status); }, "How the solver ended.")
       .def_prop_ro(

@@ -60,10 +60,10 @@ std::string Solution::verdict() const {
     return "solved, but an interval differs from its re-simulation by " + digits(v.worst_relative) +
            " of the motion" + coarse;
   if (!(v.passings.worst() <= demands.between))
-    return "solved, but " + v.passings.rows.front().text() + "" + coarse;
+    return "solved, but " + v.passings.rows.front().text() + coarse;
   if (!(v.cost_error <= demands.cost_error))
     return "solved, but the motion costs " + io::with_digits(v.true_cost, 6) + " instead of " +
-           io::with_digits(v.cost, 6) + "" + coarse;
+           io::with_digits(v.cost, 6) + coarse;
   if (nlp.stationary_point == StationaryPoint::kNotMinimum)
     return "solved, but the cost falls along a direction from here: it is no minimum";
   return "solved, but its multipliers do not show it to be an optimum";

@@ -93,7 +93,7 @@ VectorXd changes_of_controls(const Problem& problem, const Trajectory& coarse, c
   return changes;
 }
 
-// Node times of a phase with each interval split by its fault; empty where none is.
+// Returns the node times of a phase with each interval split by its fault: those of the motion if no fault is large enough.
 std::vector<double> split(const Trajectory& motion, const VectorXd& faults) {
   const double least = std::max(kMargin, kWorst * std::min(faults.maxCoeff(), kMostCounted));
   const auto bad = (faults.array() > least).count();
