@@ -161,7 +161,6 @@ NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, cons
     if (check.order == StationaryPoint::kNotMinimum)
       solution = leave(problem, solution, check.direction, options, solve);
   }
-  // An acceptable point is judged, and not left: the other method may make a solution of it (solve_nlp).
   for (int saddle = 0; optimal(solution); ++saddle) {
     ScaledNlp scaled(problem, solution.units);
     CurvatureCheck check = check_second_order(scaled, scaled.in_scaled_units(solution));
@@ -170,9 +169,7 @@ NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, cons
       if (!check.direction.empty()) check.order = StationaryPoint::kNotMinimum;
     }
     solution.stationary_point = check.order;
-    const bool is_saddle =
-        check.order == StationaryPoint::kNotMinimum && solution.status == SolveStatus::kSolved;
-    if (!is_saddle || saddle == kMostSaddles) break;
+    if (check.order != StationaryPoint::kNotMinimum || saddle == kMostSaddles) break;
     const double before = solution.objective;
     solution = leave(problem, solution, check.direction, options, solve);
     if (!(solution.objective < before)) break;
