@@ -77,39 +77,44 @@ void bind_step(nb::module_& module) {
 
 void bind_mpc(nb::module_& module) {
   bind_step(module);
-  nb::class_<PythonMpc>(
-      module, "Mpc",
-      "Model predictive control: a Problem solved again and again from where the plant is.\n\n"
-      "The problem's duration is the horizon; it is recorded and compiled once.\n\n"
-      "intervals, scheme: of the mesh.  iterations: of a step at most; 0: until it is solved, 1: the "
-      "real-time\n"
-      "iteration.  gains: plans have feedback.\n\n"
-      "Raises ArgumentError for a problem whose start or duration is free, or whose costs are no squares.")
-      .def("__init__", make_mpc, nb::arg("problem"), nb::kw_only(), nb::arg("intervals") = 20,
-           nb::arg("scheme") = "trapezoid", nb::arg("iterations") = 0, nb::arg("gains") = false,
-           nb::sig("def __init__(self, problem: Problem, *, intervals: int = 20, scheme: str = 'trapezoid', "
+  auto type =
+      nb::class_<PythonMpc>(
+          module, "Mpc",
+          "Model predictive control: a Problem solved again and again from where the plant is.\n\n"
+          "The problem's duration is the horizon; it is recorded and compiled once.\n\n"
+          "intervals, scheme: of the mesh.  iterations: of a step at most; 0: until it is solved, 1: the "
+          "real-time\n"
+          "iteration.  gains: plans have feedback.\n\n"
+          "Raises ArgumentError for a problem whose start or duration is free, or whose costs are no "
+          "squares.")
+          .def("__init__", make_mpc, nb::arg("problem"), nb::kw_only(), nb::arg("intervals") = 20,
+               nb::arg("scheme") = "trapezoid", nb::arg("iterations") = 0, nb::arg("gains") = false,
+               nb::sig(
+                   "def __init__(self, problem: Problem, *, intervals: int = 20, scheme: str = 'trapezoid', "
                    "iterations: int = 0, gains: bool = False) -> None"))
-      .def("step", step, nb::arg("t"), nb::arg("x"),
-           nb::sig("def step(self, t: float, x: ArrayLike) -> MpcStep"),
-           "Plans from the state x (states,), measured at the plant's time t, s, which does not go back.  "
-           "One thread at a time\n"
-           "plans; others wait.")
-      .def(
-          "set_parameter",
-          [](PythonMpc& self, const std::string& name, nb::handle value, nb::handle times) {
-            const ParameterValue now = parameter_value(value, times);
-            const nb::gil_scoped_release unlocked;
-            const std::scoped_lock lock(self.mutex);
-            self.mpc.values().parameters.set(name, now);
-          },
-          nb::arg("name"), nb::arg("value"), nb::arg("times") = nb::none(),
-          nb::sig(
-              "def set_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) -> None"),
-          "Another value for a parameter of the problem, from the next step on; times are the plant's.")
-      .def("__repr__", [](PythonMpc& self) {
-        return "<dyntape.Mpc of \"" + self.mpc.values().name + "\", horizon " +
-               io::shortest(self.mpc.values().duration) + " s>";
-      });
+          .def(
+              "step", step, nb::arg("t"), nb::arg("x"),
+              nb::sig("def step(self, t: float, x: ArrayLike) -> MpcStep"),
+              "Plans from the state x (states,), measured at the plant's time t, s, which does not go back.  "
+              "One thread at a time\n"
+              "plans; others wait.")
+          .def(
+              "set_parameter",
+              [](PythonMpc& self, const std::string& name, nb::handle value, nb::handle times) {
+                const ParameterValue now = parameter_value(value, times);
+                const nb::gil_scoped_release unlocked;
+                const std::scoped_lock lock(self.mutex);
+                self.mpc.values().parameters.set(name, now);
+              },
+              nb::arg("name"), nb::arg("value"), nb::arg("times") = nb::none(),
+              nb::sig("def set_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) "
+                      "-> None"),
+              "Another value for a parameter of the problem, from the next step on; times are the plant's.")
+          .def("__repr__", [](PythonMpc& self) {
+            return "<dyntape.Mpc of \"" + self.mpc.values().name + "\", horizon " +
+                   io::shortest(self.mpc.values().duration) + " s>";
+          });
+  def_no_pickle(type, "pass on the Problem's function and its values, and make another Mpc there");
 }
 
 // Straight lines between rows, constant outside.

@@ -344,47 +344,51 @@ std::shared_ptr<DdpSolution> solve_one(PythonDdp& self, nb::handle start) {
 }
 
 void bind_solver(nb::module_& module) {
-  nb::class_<PythonDdp>(module, "Ddp",
-                        "Differential dynamic programming of a problem that is recorded and compiled once: "
-                        "`Problem.ddp()`.\n\nOne thread at a time solves; others wait.")
-      .def("solve", solve_one, nb::arg("start") = nb::none(),
-           nb::sig("def solve(self, start: ArrayLike | None = None) -> DdpSolution"),
-           "From the start (states,); where it is left out, from the last one.")
-      .def("solve_batch", solve_batch, nb::arg("starts") = nb::none(), nb::kw_only(),
-           nb::arg("parameters") = nb::none(), nb::arg("controls") = nb::none(),
-           nb::sig("def solve_batch(self, starts: ArrayLike | None = None, *, parameters: Mapping[str, "
-                   "ArrayLike] | None = "
-                   "None, controls: ArrayLike | None = None) -> DdpSolutions"),
-           "Many problems side by side: one a lane of the processor's registers, and in threads.\n\n"
-           "starts: (problems, states).  parameters: by name, (problems,) or (problems, entries), held over "
-           "time.\n"
-           "controls: (problems, N, controls), first guesses.  What is left out is the problem's own.\n"
-           "Each solution has the bits that it has alone.  One that fails is a status of its own.")
-      .def(
-          "set_parameter",
-          [](PythonDdp& self, const std::string& name, nb::handle value, nb::handle times) {
-            const ParameterValue now = parameter_value(value, times);
-            const nb::gil_scoped_release unlocked;
-            const std::scoped_lock lock(self.mutex);
-            Problem next = self.batch.solver().problem();
-            next.parameters.set(name, now);
-            self.batch.solver().set_values(next);
-          },
-          nb::arg("name"), nb::arg("value"), nb::arg("times") = nb::none(),
-          nb::sig(
-              "def set_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) -> None"),
-          "Another value for a parameter, from the next solve on.")
-      .def_prop_ro(
-          "lanes", [](const PythonDdp& self) { return self.batch.lanes(); },
-          "Problems side by side in a thread.")
-      .def_prop_ro(
-          "parameters",
-          [](const PythonDdp& self) { return self.batch.solver().problem().parameters.entry_names(); },
-          "Names of the entries that derivatives are by.")
-      .def("__repr__", [](const PythonDdp& self) {
-        return "<dyntape.Ddp of \"" + self.batch.solver().problem().name + "\", " +
-               std::to_string(self.intervals) + " intervals>";
-      });
+  auto type =
+      nb::class_<PythonDdp>(
+          module, "Ddp",
+          "Differential dynamic programming of a problem that is recorded and compiled once: "
+          "`Problem.ddp()`.\n\nOne thread at a time solves; others wait.")
+          .def("solve", solve_one, nb::arg("start") = nb::none(),
+               nb::sig("def solve(self, start: ArrayLike | None = None) -> DdpSolution"),
+               "From the start (states,); where it is left out, from the last one.")
+          .def("solve_batch", solve_batch, nb::arg("starts") = nb::none(), nb::kw_only(),
+               nb::arg("parameters") = nb::none(), nb::arg("controls") = nb::none(),
+               nb::sig("def solve_batch(self, starts: ArrayLike | None = None, *, parameters: Mapping[str, "
+                       "ArrayLike] | None = "
+                       "None, controls: ArrayLike | None = None) -> DdpSolutions"),
+               "Many problems side by side: one a lane of the processor's registers, and in threads.\n\n"
+               "starts: (problems, states).  parameters: by name, (problems,) or (problems, entries), held "
+               "over "
+               "time.\n"
+               "controls: (problems, N, controls), first guesses.  What is left out is the problem's own.\n"
+               "Each solution has the bits that it has alone.  One that fails is a status of its own.")
+          .def(
+              "set_parameter",
+              [](PythonDdp& self, const std::string& name, nb::handle value, nb::handle times) {
+                const ParameterValue now = parameter_value(value, times);
+                const nb::gil_scoped_release unlocked;
+                const std::scoped_lock lock(self.mutex);
+                Problem next = self.batch.solver().problem();
+                next.parameters.set(name, now);
+                self.batch.solver().set_values(next);
+              },
+              nb::arg("name"), nb::arg("value"), nb::arg("times") = nb::none(),
+              nb::sig("def set_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) "
+                      "-> None"),
+              "Another value for a parameter, from the next solve on.")
+          .def_prop_ro(
+              "lanes", [](const PythonDdp& self) { return self.batch.lanes(); },
+              "Problems side by side in a thread.")
+          .def_prop_ro(
+              "parameters",
+              [](const PythonDdp& self) { return self.batch.solver().problem().parameters.entry_names(); },
+              "Names of the entries that derivatives are by.")
+          .def("__repr__", [](const PythonDdp& self) {
+            return "<dyntape.Ddp of \"" + self.batch.solver().problem().name + "\", " +
+                   std::to_string(self.intervals) + " intervals>";
+          });
+  def_no_pickle(type, "pass on the Problem's function and its values, and make another Ddp there");
 }
 
 }  // namespace

@@ -14,6 +14,7 @@ from nanobind.stubgen import StubGen
 
 HEADER = '''from collections.abc import Callable, Mapping, Sequence
 import os
+import types
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,7 +54,7 @@ def main():
             value.__module__ = module.__name__
     generator = StubGen(module, quiet=True)
     generator.put(module)
-    text = re.sub(r"^(from|import) .*\n|^from .* import \((.|\n)*?\)\n", "", generator.get(), flags=re.M)
+    text = re.sub(r"^from .* import \((.|\n)*?\)\n|^(from|import) .*\n", "", generator.get(), flags=re.M)
     text = re.sub(r"^    __array_ufunc__.*\n", "", text, flags=re.M)
     text = re.sub(r"os\.PathLike(?!\[)", "os.PathLike[str]", text)
     parts = [HEADER, *(named_tuple(name, value) for name, value in sorted(results.items())), text.strip()]

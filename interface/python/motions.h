@@ -111,6 +111,16 @@ void def_files(nb::class_<S>& type, const Write& write, const std::string& files
           "Raises RuntimeError where gnuplot is not installed.");
 }
 
+// What holds recorded functions cannot be pickled; `instead` says what to pass on.
+template <class S>
+void def_no_pickle(nb::class_<S>& type, const std::string& instead) {
+  const char* const sentence =
+      kept("a " + nb::cast<std::string>(type.attr("__name__")) + " cannot be pickled: " + instead);
+  type.def(
+      "__reduce_ex__", [sentence](const S&, int) -> nb::object { throw nb::type_error(sentence); },
+      nb::arg("protocol"));
+}
+
 template <class S>
 void def_page(nb::class_<S>& type, std::string (*page)(const S&)) {
   type.def("page", page, "The motion in 3D, an HTML page.")

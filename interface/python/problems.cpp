@@ -8,6 +8,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
@@ -119,7 +120,7 @@ void guess_towards(P& p, nb::handle q) {
   check_robot(p, "guess_towards");
   Problem ends = p.problem;
   end_at(ends, p.scene, vector_of(q, "q", p.scene.model.nq), VectorXd::Zero(p.scene.model.nv));
-  p.problem.guess = straight_line(ends);
+  p.problem.guess = straight_line(ends), p.earlier = nullptr;
 }
 
 // Of a part of a stage over time: straight lines between rows, zeros where nothing is given.
@@ -137,8 +138,32 @@ std::function<VectorXd(double)> guessed_part(nb::handle given, nb::handle t, con
   return [constant = value.constant](double) { return constant; };
 }
 
+// Straight lines between the points of an earlier solution; solve() without a mesh of its own also takes its mesh and multipliers.
+void guess_solution(P& p, const ProblemSolution& earlier) {
+  const Trajectory& motion = earlier.solution->motion;
+  const double end = motion.t[motion.points() - 1], duration = p.problem.free_time ? end : p.problem.duration;
+  p.problem.guess = [motion, scale = end / duration](double t) {
+    const auto next = std::upper_bound(motion.t.begin(), motion.t.end(), t * scale);
+    const Eigen::Index k = std::clamp(Eigen::Index(next - motion.t.begin()) - 1, Eigen::Index(0),
+                                      Eigen::Index(motion.points()) - 2);
+    const double share = std::clamp((t * scale - motion.t[k]) / (motion.t[k + 1] - motion.t[k]), 0.0, 1.0);
+    const auto at = [&](const Eigen::MatrixXd& columns) {
+      return VectorXd((1 - share) * columns.col(k) + share * columns.col(k + 1));
+    };
+    return Stage<double>{t, at(motion.x), at(motion.a), at(motion.u)};
+  };
+  p.problem.duration = duration;
+  p.earlier = earlier.solution;
+}
+
 void guess(P& p, nb::handle x, nb::handle u, nb::handle a, nb::handle t) {
   const Problem& problem = p.problem;
+  if (nb::isinstance<ProblemSolution>(x)) {
+    if (!u.is_none() || !a.is_none() || !t.is_none())
+      throw ArgumentError("guess: a Solution has its own u, a and t; expected nothing else");
+    return guess_solution(p, nb::cast<const ProblemSolution&>(x));
+  }
+  p.earlier = nullptr;
   const auto part_x = guessed_part(x, t, "guess: x", problem.n_x());
   const auto part_u = guessed_part(u, t, "guess: u", problem.n_u());
   const auto part_a = guessed_part(a, t, "guess: a", problem.n_a());
@@ -199,14 +224,16 @@ void bind_ends(nb::class_<P>& problem) {
            "The first guess goes straight from the start to q (nq,), whatever the goal gives.")
       .def("guess", guess, nb::arg("x"), nb::arg("u") = nb::none(), nb::arg("a") = nb::none(), nb::kw_only(),
            nb::arg("t") = nb::none(),
-           nb::sig("def guess(self, x: ArrayLike, u: ArrayLike | None = None, a: ArrayLike | None = None, *, "
+           nb::sig("def guess(self, x: ArrayLike | Solution, u: ArrayLike | None = None, a: ArrayLike | None "
+                   "= None, *, "
                    "t: ArrayLike | None = None) -> None"),
            "The first guess: x (states,), u (controls,), a (accelerations,) for all times, or with t (m,), "
            "s, a "
            "row for each of\n"
-           "them, straight lines between; zeros where nothing is given.  A Solution's t, x, u, a begin where "
-           "it "
-           "ended.");
+           "them, straight lines between; zeros where nothing is given.\n\n"
+           "guess(solution) begins with an earlier solution of this problem, or of one whose values differ: "
+           "solve() then starts on\n"
+           "its mesh with its multipliers, and takes a few iterations.");
 }
 
 void bind_limits(nb::class_<P>& problem) {
@@ -288,6 +315,10 @@ void bind_problems(nb::module_& module) {
       nb::sig(
           "def __init__(self, name: str, states: Sequence[str], controls: Sequence[str], duration: float, "
           "rate: Callable[[Stage], Any], *, parameters: Mapping[str, ArrayLike] | None = None) -> None"));
+  problem.def("__copy__", [](const P& p) { return P(p); })
+      .def(
+          "__deepcopy__", [](const P& p, nb::handle) { return P(p); }, nb::arg("memo"));
+  def_no_pickle(problem, "pass on the function that makes it");
   bind_ends(problem);
   bind_limits(problem);
   bind_terms(problem);

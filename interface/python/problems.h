@@ -7,7 +7,7 @@
 #include <memory>
 
 #include <dyntape/dynamics/urdf/visuals.h>
-#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/control/solve/solve.h>
 #include <dyntape/interface/motion/robot_problem.h>
 
 #include "robot.h"
@@ -39,8 +39,17 @@ struct PythonProblem {
   RobotScene scene;
   RobotProblemOptions options;
   Problem problem;
+  std::shared_ptr<const Solution> earlier = {};  // that solve() begins with
 
   StageSizes sizes() const;
+};
+
+// What Problem.solve() returns.
+struct ProblemSolution {
+  std::shared_ptr<const PythonProblem> of;
+  Problem problem;
+  std::shared_ptr<const Solution> solution;
+  int nq = 0, nv = 0;
 };
 
 // Runs the Python function once, on recorded values, and keeps what it did: no Python runs in a solve.

@@ -86,6 +86,7 @@ void bind_scene(nb::module_& module) {
       ">>> scene.simulate().verdict\n"
       "'simulated 2 s'");
   def_read(scene, read_scene);
+  def_no_pickle(scene, "pass on its file's path and settings, and read it there");
   scene
       .def_static(
           "from_text", from_text, nb::arg("text"), nb::kw_only(), nb::arg("robot") = nb::none(),

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Scenes, roll-outs, tasks and problems from Python."""
 
+import copy
 import json
 import os
+import pickle
 import shutil
 import signal
 import threading
@@ -397,6 +399,89 @@ def test_a_problem_is_refined_unless_its_mesh_is_given():
     fixed = p.solve(40)
     assert len(fixed.meshes) == 1 and fixed.intervals == 40 and np.isnan(fixed.cost_change)
     assert len(p.solve(40, refine=True).meshes) > 1
+
+
+def cart_pole():
+    def rate(s):
+        (x, v, q, w), f = s.x, s.u[0]
+        c, sn = np.cos(q), np.sin(q)
+        den = 1 + 0.3 * sn**2
+        return [v, (f + 0.3 * sn * (0.5 * w**2 + 9.81 * c)) / den, w, -(f * c + 0.15 * w**2 * sn * c + 1.3 * 9.81 * sn) / (0.5 * den)]
+
+    p = dyntape.Problem("cart", ["x", "v", "q", "w"], ["f"], 2.0, rate)
+    p.add_squares("effort", lambda s: s.u)
+    p.bound_controls(-20, 20)
+    p.start, p.goal = [0, 0, 0, 0], [1, 0, np.pi, 0]
+    return p
+
+
+@pytest.mark.parametrize("method", ["ipopt", "riccati"])
+def test_a_solve_begins_with_an_earlier_solution(method):
+    p = cart_pole()
+    cold = p.solve(method=method)
+    p.guess(cold)
+    again = p.solve(method=method)
+    assert again.success and again.iterations <= 3 and again.intervals == cold.intervals
+    np.testing.assert_allclose(again.cost, cold.cost, rtol=1e-6)
+    p.goal = [1.01, 0, 1.01 * np.pi, 0]
+    moved = p.solve(method=method)
+    assert moved.success and moved.iterations <= 6 and moved.attempts[0]["start"] == "an earlier solution"
+    fresh = cart_pole()
+    fresh.goal = p.goal
+    np.testing.assert_allclose(moved.cost, fresh.solve(method=method).cost, rtol=1e-4)
+    p.add_inequality("slow", lambda s: s.x[1], upper=50)  # more rows: the motion is still a guess
+    assert p.solve(method=method).success
+    block = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    block.guess(cold)
+    with pytest.raises(dyntape.ArgumentError, match="4 states and 1 controls"):
+        block.solve()
+
+
+def test_a_solution_says_how_it_was_found():
+    p = dyntape.Problem("corner", ["x", "y"], ["u", "w"], 1.0, lambda s: [s.u[0], s.u[1]])
+    p.start = [2, 2]
+    p.add_cost("far", lambda s: -(s.x[0] ** 2 + s.x[1] ** 2), where="end")
+    p.add_inequality("sum", lambda s: s.x[0] + s.x[1], upper=10, where="end")
+    p.bound_states(0, 100)
+    p.add_effort(1e-9)
+    s = p.solve(20, refine=False)  # the start is symmetric, and so is the saddle point that it leads to
+    assert s.success and s.method == "ipopt" and abs(s.cost + 100) < 1e-4
+    assert [a["start"] for a in s.attempts][:2] == ["the guess", "beside a saddle point"]
+    assert sum(a["iterations"] for a in s.attempts) == s.iterations
+    assert len(s.multipliers["lower"]) == len(s.multipliers["upper"]) > s.x.size
+
+
+def test_a_solution_between_its_points():
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.add_squares("effort", lambda s: s.u)
+    p.start, p.goal = [0, 0], [1, 0]
+    s = p.solve()
+    t = np.linspace(0, 1, 37)
+    m = s.at(t)  # p = 3 t^2 - 2 t^3, of least effort
+    np.testing.assert_allclose(m.x, np.stack([3 * t**2 - 2 * t**3, 6 * t - 6 * t**2], 1), atol=1e-9)
+    np.testing.assert_allclose(m.u[:, 0], 6 - 12 * t, atol=1e-6)
+    assert s.at(0.5).x.shape == (2,) and s.at(0.5).t == 0.5
+    with pytest.raises(dyntape.ArgumentError, match="lasts from 0 to 1 s, got 1.5"):
+        s.at(1.5)
+    assert "<td>solved</td>" in s._repr_html_()
+    pytest.importorskip("matplotlib")
+    figure = s.plot()
+    assert [len(axes.lines) for axes in figure.axes] == [4, 2]  # a curve and its points each
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["p", "v"]
+
+
+def test_copies_and_pickles_of_problems():
+    p = cart_pole()
+    other = copy.deepcopy(p)
+    other.goal = [0, 0, np.pi, 0]
+    assert p.goal[0] == 1 and other.goal[0] == 0
+    s = p.solve(20)
+    assert copy.copy(s) is s
+    free = cart_pole()
+    free.goal = np.full(4, np.nan)
+    for held, instead in ((p, "the function that makes it"), (s, "its arrays"), (free.ddp(20), "another Ddp")):
+        with pytest.raises(TypeError, match=instead):
+            pickle.dumps(held)
 
 
 def test_what_is_passed_between_points_is_no_success():

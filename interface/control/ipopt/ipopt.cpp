@@ -392,7 +392,9 @@ NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, con
     throw ArgumentError("solve_with_ipopt: the start has " + std::to_string(start.size()) +
                         " entries, the problem has " + std::to_string(n) + " variables");
   }
-  return solve_in_rounds(problem, start, options, solve);
+  SolverOptions of_method = options;
+  of_method.method = NlpMethod::kIpopt;
+  return solve_in_rounds(problem, start, of_method, solve);
 }
 
 }  // namespace dyntape

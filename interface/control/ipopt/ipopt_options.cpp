@@ -144,6 +144,8 @@ void set_by_name(Ipopt::IpoptApplication& application, const std::string& name, 
   }
 }
 
+constexpr double kRowsOfTolerance = 10;  // as the structured interior point keeps them
+
 void start_warm(Ipopt::IpoptApplication& application, double barrier) {
   constexpr double kPush = 1e-9;  // from bounds: the start is a solution
   set(application, "warm_start_init_point", std::string("yes"));
@@ -165,6 +167,8 @@ void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions
   assign("sb", std::string("yes"));  // no banner
   assign("tol", options.tolerance);
   assign("dual_inf_tol", options.dual_tolerance);
+  // Of rows in the program's units: Ipopt's own scaling weakens rows with large slopes, and 1e-8 of them may be 1e-5 here.
+  assign("constr_viol_tol", kRowsOfTolerance * options.tolerance);
   assign("bound_relax_factor", 0.0);  // they come widened (ipopt.cpp)
   assign("honor_original_bounds", std::string("no"));
   assign("max_iter", options.max_iterations);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <dyntape/interface/control/nlp/scaled_nlp.h>
 #include <dyntape/interface/control/nlp/status.h>
@@ -65,7 +66,8 @@ SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
 NlpSolution solve_first(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
                         const RoundSolver& solve, int before) {
   try {
-    NlpSolution solution = solve_in(problem.scaling(start), problem, start, options, solve, before);
+    NlpSolution solution =
+        solve_in(problem.scaling(start), problem, start, options, solve, before, options.warm.get());
     if (solution.status == SolveStatus::kNotFinite && solution.iterations() == 0) problem.check_finite(start);
     return solution;
   } catch (const NumericalError&) {
@@ -74,9 +76,9 @@ NlpSolution solve_first(Nlp& problem, const std::vector<double>& start, const So
   }
 }
 
-// Rounds from one start.
-NlpSolution solve_from(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
-                       const RoundSolver& solve, int before = 0) {
+// Rounds from one start, which is `name`: one attempt.
+NlpSolution solve_from(Nlp& problem, const std::string& name, const std::vector<double>& start,
+                       const SolverOptions& options, const RoundSolver& solve, int before = 0) {
   NlpSolution solution = solve_first(problem, start, options, solve, before);
   for (int round = 1; round < kMostRounds && optimal(solution); ++round) {
     const NlpScaling found = problem.scaling(solution.x, solution.units);
@@ -90,7 +92,20 @@ NlpSolution solve_from(Nlp& problem, const std::vector<double>& start, const Sol
     again(&last);
     if (is_stuck(solution.status)) again(nullptr);
   }
+  solution.attempts = {{options.method, name, solution.iterations(), solution.status, solution.objective}};
   return solution;
+}
+
+std::vector<double> within_bounds(const NlpShape& shape, std::vector<double> x) {
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::clamp(x[i], shape.x_lower[i], shape.x_upper[i]);
+  return x;
+}
+
+void check_warm(const NlpShape& shape, const NlpSolution& warm) {
+  if (warm.x.size() == shape.n() && warm.lambda.size() == shape.m()) return;
+  throw ArgumentError("the earlier solution has " + std::to_string(warm.x.size()) + " variables and " +
+                      std::to_string(warm.lambda.size()) + " rows, the program has " +
+                      std::to_string(shape.n()) + " and " + std::to_string(shape.m()));
 }
 
 // Lengths along a direction of negative curvature whose largest entry is one nominal value: near the point the nearest
@@ -109,6 +124,7 @@ bool is_lower(const NlpSolution& next, const NlpSolution& before) {
 NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<double>& direction,
                   const SolverOptions& options, const RoundSolver& solve) {
   const NlpShape& shape = problem.shape();
+  const std::string name = optimal(saddle) ? "beside a saddle point" : "beside a point of least violation";
   NlpSolution best = saddle, spent = saddle;
   for (const double sign : {1, -1}) {
     for (const double length : kLengths) {
@@ -116,12 +132,11 @@ NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<dou
       left.max_iterations = std::min(left.max_iterations, kMostOfOne);
       if (left.max_iterations == 0 || options.stop.stop_requested()) break;
       std::vector<double> start = saddle.x;
-      for (std::size_t i = 0; i < start.size(); ++i) {
-        start[i] = std::clamp(start[i] + sign * length * direction[i] * saddle.units.x[i], shape.x_lower[i],
-                              shape.x_upper[i]);
-      }
+      for (std::size_t i = 0; i < start.size(); ++i)
+        start[i] += sign * length * direction[i] * saddle.units.x[i];
+      start = within_bounds(shape, std::move(start));
       try {
-        NlpSolution next = solve_from(problem, start, left, solve, spent.iterations());
+        NlpSolution next = solve_from(problem, name, start, left, solve, spent.iterations());
         if (optimal(best) ? is_lower(next, best) : optimal(next)) best = next;
         spent = joined(std::move(spent), std::move(next));
       } catch (const NumericalError&) {  // no finite value there
@@ -129,7 +144,7 @@ NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<dou
     }
     if (optimal(best) && (!optimal(saddle) || best.objective < saddle.objective)) break;
   }
-  best.log = std::move(spent.log), best.times = spent.times;
+  best.log = std::move(spent.log), best.times = spent.times, best.attempts = std::move(spent.attempts);
   return best;
 }
 
@@ -148,13 +163,27 @@ NlpSolution joined(NlpSolution first, NlpSolution last) {
     if (record.iteration > before) first.log.push_back(record);
   }
   last.log = std::move(first.log);
+  first.attempts.insert(first.attempts.end(), last.attempts.begin(), last.attempts.end());
+  last.attempts = std::move(first.attempts);
   last.times = first.times + last.times;
   return last;
 }
 
-NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
+NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& given,
                             const RoundSolver& solve) {
-  NlpSolution solution = solve_from(problem, start, options, solve);
+  SolverOptions options = given;
+  const std::shared_ptr<const NlpSolution> warm = std::exchange(options.warm, nullptr);
+  NlpSolution solution;
+  if (warm) {
+    check_warm(problem.shape(), *warm);
+    solution =
+        solve_from(problem, "an earlier solution", within_bounds(problem.shape(), warm->x), given, solve);
+  }
+  if (!warm || !optimal(solution)) {
+    NlpSolution cold = solve_from(problem, "the guess", start, warm ? less(options, solution) : options,
+                                  solve, solution.iterations());
+    solution = warm ? joined(std::move(solution), std::move(cold)) : std::move(cold);
+  }
   if (solution.status == SolveStatus::kLocallyInfeasible) {
     ScaledNlp scaled(problem, solution.units);
     const CurvatureCheck check = check_violation(scaled, scaled.in_scaled_units(solution.x));

@@ -15,7 +15,9 @@ NlpSolution solve_with_riccati(Nlp& problem, const std::vector<double>& start, c
   if (start.size() != problem.shape().n())
     throw ArgumentError("solve_with_riccati: the start has " + std::to_string(start.size()) +
                         " entries, the problem has " + std::to_string(problem.shape().n()) + " variables");
-  return solve_in_rounds(problem, start, options,
+  SolverOptions of_method = options;
+  of_method.method = NlpMethod::kRiccati;
+  return solve_in_rounds(problem, start, of_method,
                          [](Nlp& scaled, const std::vector<double>& from, const SolverOptions& of_round,
                             const NlpSolution* warm) {
                            if (!LiftedNlp::is_needed(scaled.shape()))
@@ -60,28 +62,31 @@ NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const Solv
   if (options.limited_memory || problem.shape().hessian_kind == HessianKind::kLimitedMemory) return solution;
   const NlpMethod other = options.method == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt;
   // Whether it is solved; iterations and times count in any case.
-  const auto try_by = [&](NlpMethod method, const std::vector<double>& from) {
+  const auto try_by = [&](NlpMethod method, const std::vector<double>& from, const std::string& name) {
     SolverOptions of_method = less(options, solution);
+    of_method.warm = nullptr;
     if (method != options.method) of_method.extra.clear();
     if (of_method.max_iterations == 0 || options.stop.stop_requested()) return false;
     try {
       NlpSolution found = solve_by(method, problem, from, of_method);
       const bool is_solved = found.status == SolveStatus::kSolved;
+      found.attempts.front().start = name;
       NlpSolution both = joined(solution, std::move(found));
       both.is_by_other_method = method != options.method;
       if (is_solved) return solution = std::move(both), true;
       solution.log = std::move(both.log), solution.times = both.times;
+      solution.attempts = std::move(both.attempts);
     } catch (const ArgumentError&) {   // a program that the other method does not know
     } catch (const NumericalError&) {  // or whose functions are not finite where it begins
     }
     return false;
   };
   if (is_stalled) {  // the other method goes on from there
-    try_by(other, std::vector<double>(solution.x));
+    try_by(other, std::vector<double>(solution.x), "where the first method ended");
     return solution;
   }
-  if (!try_by(other, start) && solution.status == SolveStatus::kLocallyInfeasible)
-    try_by(options.method, bent(problem, start, solution.units));
+  if (!try_by(other, start, "the guess") && solution.status == SolveStatus::kLocallyInfeasible)
+    try_by(options.method, bent(problem, start, solution.units), "the guess, bent to one side");
   return solution;
 }
 

@@ -5,12 +5,19 @@
 //   if (s.status == SolveStatus::kSolved) use(s.x, s.objective);
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <dyntape/interface/control/nlp/nlp.h>
 #include <dyntape/interface/control/nlp/status.h>
 
 namespace dyntape {
+
+enum class NlpMethod {
+  kIpopt,    // Ipopt and a general sparse solver (ipopt.h)
+  kRiccati,  // our own, from stage to stage (interior_point.h)
+};
+inline const char* to_string(NlpMethod m) { return m == NlpMethod::kIpopt ? "ipopt" : "riccati"; }
 
 // One iteration of the solver's log.
 struct IterationRecord {
@@ -31,6 +38,15 @@ struct SolveTimes {
 // Whether a stationary point is a minimum (second_order.h).
 enum class StationaryPoint { kUnknown, kMinimum, kNotMinimum };
 
+// One start of one method.  A solve has several if the first gets stuck, or ends at a saddle point.
+struct SolveAttempt {
+  NlpMethod method;
+  std::string start;  // "the guess", "beside a saddle point"
+  int iterations;
+  SolveStatus status;
+  double objective;  // where it ended
+};
+
 struct NlpSolution {
   SolveStatus status = SolveStatus::kSolverError;
   double objective = 0;
@@ -40,7 +56,8 @@ struct NlpSolution {
   std::vector<IterationRecord> log;                        // iteration 0 is the start
   NlpScaling units;                                        // what was divided by in the last round
   SolveTimes times;
-  bool is_by_other_method = false;  // than asked for, which got stuck (solver_options.h)
+  std::vector<SolveAttempt> attempts = {};  // in their order; iterations() is their sum
+  bool is_by_other_method = false;          // than asked for, which got stuck (solver_options.h)
   StationaryPoint stationary_point = StationaryPoint::kUnknown;  // of what is solved or acceptable
 
   int iterations() const { return log.empty() ? 0 : log.back().iteration; }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -14,11 +15,6 @@
 #include <dyntape/interface/control/nlp/solution.h>
 
 namespace dyntape {
-
-enum class NlpMethod {
-  kIpopt,    // Ipopt and a general sparse solver (ipopt.h)
-  kRiccati,  // our own, from stage to stage (interior_point.h)
-};
 
 // How the structured interior point chooses the barrier parameter of a step.
 enum class BarrierUpdate {
@@ -36,6 +32,9 @@ struct SolverOptions {
   bool stop_at_acceptable = true;  // give up early when stalled at an acceptable point (kAcceptable)
   bool try_other_method =
       true;  // of solve_nlp: where the method gets stuck, the other one tries from the same start
+  // A solution of a program with the same variables and rows, whose point and multipliers the solve begins with; `start` is not
+  // read then.  Bounds may have moved: 3 iterations from the solution itself, some 6 where a goal has moved by a hundredth.
+  std::shared_ptr<const NlpSolution> warm = {};
   int max_iterations = 3000;
   double max_seconds = 1e6;  // of processor time, of all threads together
   int print_level = 0;       // of Ipopt: 0 silent .. 5 one line an iteration .. 12

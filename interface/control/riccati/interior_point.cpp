@@ -65,7 +65,7 @@ class StructuredInteriorPoint::Method {
     least_barrier_ = std::min(options.tolerance, 1e-4) / (kKappaEpsilon + 1);
     barrier_.set_bounds(options.bound_relaxation);
     solution_ = {}, best_ = {}, solution_.x = start;
-    last_shift_ = 0, acceptable_ = 0, is_tiny_ = false, has_matrices_ = false;
+    last_shift_ = 0, acceptable_ = {}, is_tiny_ = false, has_matrices_ = false;
     begin_ = Clock::now();
     processor_begin_ = thread_seconds();
     if (has_crossed_bounds(nlp_.shape())) {
@@ -122,7 +122,9 @@ class StructuredInteriorPoint::Method {
   }
 
   SolveStatus run(const std::vector<double>& start, const NlpSolution* warm) {
-    if (!begin_at(start, warm ? kWarmPush : kPush) || !differentiate(false))
+    bool is_finite = begin_at(start, warm ? kWarmPush : kPush);
+    if (warm && is_finite) is_finite = begin_at(start, std::clamp(kPush * now_.largest, kWarmPush, kPush));
+    if (!is_finite || !differentiate(false))
       throw NumericalError("solve_with_riccati: the functions of the program are not finite at its start");
     mu_ = kFirstBarrier;
     blocked_ = 0, may_raise_ = !warm;
@@ -165,8 +167,9 @@ class StructuredInteriorPoint::Method {
         std::max(e.primal, e.complementarity) <= kMostViolation)
       return SolveStatus::kSolved;
     const bool is_acceptable = e.all <= kAcceptable;
-    acceptable_ = is_acceptable ? acceptable_ + 1 : 0;
-    if (options_.stop_at_acceptable && acceptable_ >= kAcceptableIterations) return SolveStatus::kAcceptable;
+    acceptable_.count(is_acceptable, now_.f);
+    if (options_.stop_at_acceptable && acceptable_.iterations() >= kAcceptableIterations)
+      return SolveStatus::kAcceptable;
     if (largest(now_.w) > kEndless) return SolveStatus::kDiverging;
     if (options_.stop.stop_requested()) return SolveStatus::kStopped;
     if (iteration > options_.max_iterations) return SolveStatus::kIterationLimit;
@@ -293,7 +296,7 @@ class StructuredInteriorPoint::Method {
       trial_.w = now_.w + length * w_step_;
       if (!evaluate(trial_)) return {SolveStatus::kNotFinite};
       if (was_tiny && mu_ <= least_barrier_)
-        return {acceptable_ > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
+        return {acceptable_.iterations() > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
       accept(length, dual, step_.c);
       return {{}, length, dual, 1};
     }
@@ -392,7 +395,7 @@ class StructuredInteriorPoint::Method {
     };
     const double small = std::min(options_.tolerance, 1e-8);
     if (now_.largest <= small)  // nothing to restore
-      return {acceptable_ > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
+      return {acceptable_.iterations() > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
     Restoration restoration(nlp_, kkt_, barrier_);
     const RestorationEnd end = restoration.run(
         now_, mu_, small,
@@ -457,7 +460,8 @@ class StructuredInteriorPoint::Method {
   VectorXd lambda_;  // (m)
   BoundMultipliers multipliers_;
   double mu_ = kFirstBarrier, least_barrier_ = 0, last_shift_ = 0, processor_begin_ = 0;
-  int acceptable_ = 0, blocked_ = 0;
+  AcceptableCount acceptable_;
+  int blocked_ = 0;
   bool may_raise_ = true;
   bool is_tiny_ = false, has_matrices_ = false;  // the latter: kkt_ has those of now_
   Filter filter_;

@@ -11,6 +11,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 
 #include <dyntape/interface/control/riccati/barrier.h>
 
@@ -18,6 +20,25 @@ namespace dyntape {
 
 struct OptimalityErrors {
   double dual, primal, complementarity, all;
+};
+
+// Counts acceptable iterations since the objective moved last.  Iterations that are not acceptable do not end the count: where
+// curvature is below rounding, steps err again and again.
+class AcceptableCount {
+ public:
+  void count(bool is_acceptable, double objective) {
+    constexpr double kStill = 1e-6;
+    const bool has_moved = !(std::abs(objective - begun_at_) <= kStill * std::max(std::abs(objective), 1.0));
+    if (has_moved) iterations_ = 0;
+    if (!is_acceptable) return;
+    if (has_moved) begun_at_ = objective;
+    ++iterations_;
+  }
+  int iterations() const { return iterations_; }
+
+ private:
+  int iterations_ = 0;
+  double begun_at_ = 0;
 };
 
 class Optimality {

@@ -53,7 +53,8 @@ NlpSolution solve_or_let_go(Nlp& program, const std::vector<double>& start, cons
                             const std::function<std::optional<std::vector<double>>()>& elsewhere) {
   NlpSolution solution = solve_nlp(program, start, options);
   if (!is_stuck(solution.status) || !options.try_other_method) return solution;
-  const SolverOptions left = less(options, solution);
+  SolverOptions left = less(options, solution);
+  left.warm = nullptr;
   if (left.max_iterations == 0 || options.stop.stop_requested()) return solution;
   try {
     std::optional<std::vector<double>> from = elsewhere();
@@ -62,10 +63,12 @@ NlpSolution solve_or_let_go(Nlp& program, const std::vector<double>& start, cons
     for (std::size_t i = 0; i < from->size(); ++i)
       (*from)[i] = std::clamp((*from)[i], shape.x_lower[i], shape.x_upper[i]);
     NlpSolution found = solve_nlp(program, *from, left);
+    found.attempts.front().start = "the motion that the guess's controls make";
     const bool is_solved = found.status == SolveStatus::kSolved;
     NlpSolution both = joined(solution, std::move(found));
     if (is_solved) return both;
     solution.log = std::move(both.log), solution.times = both.times;
+    solution.attempts = std::move(both.attempts);
   } catch (const NumericalError&) {  // no finite value there
   }
   return solution;

@@ -25,6 +25,8 @@ constexpr double kMostCounted = 1e3;      // of faults
 constexpr double kManyFaults = 0.25;      // of the intervals: then all are halved
 constexpr double kAtFault = 2, kFar = 3;  // of what is demanded: such intervals are split into two, into four
 constexpr double kNearlyFeasible = 0.02;  // of nominal values
+constexpr int kMostOfLast = 3,
+              kLeastIterations = 40;      // of the last mesh: a motion that leads further helps no more
 constexpr double kSecondsAtLeast = 1e-3;  // a solver's limit has to be above zero
 constexpr double kBesideInstant =
     1e-4;  // of the duration: the length of the interval in which a control jumps
@@ -135,7 +137,8 @@ class Refinement {
       if (solve_on(faults, From::kMotion)) continue;
       // A mesh may have no motion near the last one, where an obstacle stands between its points: all is halved, and then all is begun anew.
       for (VectorXd& f : faults) f.setConstant(kAtFault);
-      if (!solve_on(faults, From::kMotion) && !solve_on(faults, From::kGuess)) return;
+      const bool may_help = last_ != SolveStatus::kIterationLimit;
+      if (!(may_help && solve_on(faults, From::kMotion)) && !solve_on(faults, From::kGuess)) return;
     }
   }
 
@@ -184,6 +187,10 @@ class Refinement {
       options.solver.method =
           options.solver.method == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt;
     options.cost_at_start = solution_.cost_at_start;
+    if (from == From::kMotion) {
+      const int most = kMostOfLast * std::max(solution_.nlp.iterations(), kLeastIterations);
+      options.solver.max_iterations = std::min(options.solver.max_iterations, most);
+    }
     if (options.solver.max_iterations == 0 || options.solver.stop.stop_requested()) return false;
     if (steps_.begin) steps_.begin(intervals);
     const std::string where = "the mesh of " + std::to_string(intervals) + " intervals: ";
@@ -205,6 +212,7 @@ class Refinement {
             const std::string& where) {
     fine.meshes = std::move(solution_.meshes);
     fine.meshes.push_back(round_of(fine));
+    last_ = fine.nlp.status;
     if (steps_.solved) steps_.solved(fine);
     if (!fine.converged()) {
       solution_.meshes = std::move(fine.meshes);
@@ -225,6 +233,7 @@ class Refinement {
   Solution& solution_;
   const RefineSteps& steps_;
   std::vector<Trajectory> before_;  // of the mesh before
+  SolveStatus last_ = SolveStatus::kSolved;
 };
 
 // A control may jump where a constraint stands at an instant: an interval of little length behind it lets it.
@@ -242,9 +251,50 @@ std::vector<double> graded(const Problem& problem, const MeshOptions& mesh) {
   return nodes;
 }
 
-Solution solve_program(std::unique_ptr<StagedNlp> program, double build_seconds,
-                       const SolveOptions& options) {
-  Solution solution = optimise(*program, program->start(), options);
+// The mesh of a phase of an earlier solution, whose duration a free one begins with.  A fixed one may differ: nodes keep their shares.
+MeshOptions mesh_of(const SolvedPhase& earlier, Problem& problem, MeshOptions mesh) {
+  const Trajectory& motion = earlier.motion;
+  if (motion.x.rows() != problem.n_x() || motion.u.rows() != problem.n_u())
+    throw ArgumentError("solve: the earlier solution has " + std::to_string(motion.x.rows()) +
+                        " states and " + std::to_string(motion.u.rows()) + " controls, \"" + problem.name +
+                        "\" has " + std::to_string(problem.n_x()) + " and " + std::to_string(problem.n_u()));
+  if (problem.free_time) problem.duration = earlier.duration();
+  mesh.scheme = motion.scheme;
+  mesh.nodes = motion.nodes();
+  mesh.intervals = motion.intervals();
+  if (problem.duration != earlier.duration()) {
+    for (double& t : mesh.nodes) t *= problem.duration / earlier.duration();
+    mesh.nodes.back() = problem.duration;
+  }
+  return mesh;
+}
+
+void check_phases(const Solution& earlier, std::size_t phases) {
+  if (earlier.phases.size() == phases) return;
+  throw ArgumentError("solve: the earlier solution has " + std::to_string(earlier.phases.size()) +
+                      " phases, the problem has " + std::to_string(phases));
+}
+
+// The variables that a solve begins with: those of the guess, or of an earlier solution.
+std::vector<double> start_of(const StagedNlp& program, SolveOptions& options) {
+  if (!options.warm) return program.start();
+  const NlpSolution& nlp = options.warm->nlp;
+  const NlpShape& shape = program.shape();
+  if (nlp.x.size() == shape.n() && nlp.lambda.size() == shape.m())
+    options.solver.warm = std::shared_ptr<const NlpSolution>(options.warm, &nlp);
+  std::vector<Trajectory> motions;
+  for (std::size_t k = 0; k < program.phases(); ++k) {
+    motions.push_back(options.warm->phases[k].motion);
+    motions.back().t *= program.times(k).back() / options.warm->phases[k].duration();
+  }
+  return warm_start(motions, program);
+}
+
+Solution solve_program(std::unique_ptr<StagedNlp> program, double build_seconds, SolveOptions options) {
+  const std::vector<double> start = start_of(*program, options);
+  Solution solution = optimise(*program, start, options);
+  if (options.warm) solution.cost_change = options.warm->cost_change;  // the mesh is as fine
+  options.solver.warm = nullptr;
   solution.build_seconds = build_seconds;
   solution.meshes = {round_of(solution)};
   int iterations = solution.nlp.iterations();
@@ -303,20 +353,33 @@ void refine(std::unique_ptr<StagedNlp>& program, Solution& solution, const Refin
   Refinement(program, solution, steps).run();
 }
 
-Solution solve(const Problem& problem, const SolveOptions& options) {
+Solution solve(const Problem& given_problem, const SolveOptions& given) {
   const auto begin = std::chrono::steady_clock::now();
-  MeshOptions mesh = options.mesh;
-  if (options.is_graded) mesh.nodes = graded(problem, mesh);
-  auto program = std::make_unique<StagedNlp>(discretize(problem, mesh));
-  return solve_program(std::move(program), seconds_since(begin), options);
+  Problem problem = given_problem;
+  SolveOptions options = given;
+  if (options.warm) {
+    check_phases(*options.warm, 1);
+    options.mesh = mesh_of(options.warm->phases.front(), problem, options.mesh);
+  } else if (options.is_graded) {
+    options.mesh.nodes = graded(problem, options.mesh);
+  }
+  auto program = std::make_unique<StagedNlp>(discretize(problem, options.mesh));
+  return solve_program(std::move(program), seconds_since(begin), std::move(options));
 }
 
-Solution solve(const Phases& phases, const SolveOptions& options) {
+Solution solve(const Phases& given_phases, const SolveOptions& given) {
   const auto begin = std::chrono::steady_clock::now();
-  const std::vector<MeshOptions> for_all{options.mesh};
-  auto program =
-      std::make_unique<StagedNlp>(discretize(phases, options.meshes.empty() ? for_all : options.meshes));
-  return solve_program(std::move(program), seconds_since(begin), options);
+  Phases phases = given_phases;
+  SolveOptions options = given;
+  if (options.warm) {
+    check_phases(*options.warm, phases.phases.size());
+    options.meshes.clear();
+    for (std::size_t k = 0; k < phases.phases.size(); ++k)
+      options.meshes.push_back(mesh_of(options.warm->phases[k], phases.phases[k].problem, options.mesh));
+  }
+  if (options.meshes.empty()) options.meshes = {options.mesh};
+  auto program = std::make_unique<StagedNlp>(discretize(phases, options.meshes));
+  return solve_program(std::move(program), seconds_since(begin), std::move(options));
 }
 
 }  // namespace dyntape

@@ -15,7 +15,7 @@
 // than a quarter of the intervals is at fault, halve all.  If asked for (`cost_change`), solve on finer meshes until the cost does
 // not change; these split the intervals in which the controls of the last two meshes differ most.
 //
-// The first mesh: options.mesh, as for optimise().  With `is_graded`, a node behind each instant at which a constraint stands
+// The first mesh: options.mesh, here 20 intervals of radau-3; of `warm`, that solution's.  With `is_graded`, a node behind each instant at which a constraint stands
 // (at_fraction()), because controls may jump there.
 //
 // Errors: those of optimise() on the first mesh.  A finer mesh that cannot be solved is given up: Solution::refinement_trouble.
@@ -28,6 +28,11 @@
 namespace dyntape {
 
 struct SolveOptions : OptimiseOptions {
+  // Radau's points: of order 5, and controls may jump at nodes, so that limits hold along constrained arcs.
+  SolveOptions() { mesh.scheme = radau(3), mesh.intervals = 20; }
+
+  // An earlier solution of the problem, or of one whose values differ: begins on its last mesh, with its point and multipliers.
+  std::shared_ptr<const Solution> warm = {};
   int refinements = 12;       // at most
   int most_intervals = 5000;  // of all phases together
   double cost_change =

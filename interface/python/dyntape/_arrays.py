@@ -144,7 +144,7 @@ def safe_divide(a: Any, b: Any, smoothing: float) -> Any:
 
     >>> f = dyntape.record(lambda x: dyntape.safe_divide(x[0], x[1], 1e-3), 2)
     >>> f([1.0, 0.0])
-    0.0
+    array(0.)
     """
     _check_smoothing(smoothing, "safe_divide")
     over, under = (value if isinstance(value, _d.AD) else np.asanyarray(value)[()] for value in (a, b))

@@ -9,6 +9,8 @@ import pathlib
 import tempfile
 from typing import Any
 
+import numpy as np
+
 
 def frame(page: str, height: int = 480) -> str:
     """A page within another."""
@@ -32,6 +34,41 @@ class Pictures(dict[str, str]):
         for path, picture in zip(paths, self.values()):
             path.write_text(picture)
         return paths
+
+
+def meshes_of(solution: Any) -> str:
+    """The verdict of a Problem's solution, and a table of its meshes."""
+    columns = ("intervals", "iterations", "cost", "status", "defect", "passed", "cost_error", "seconds")
+    head = "".join(f"<th>{c}</th>" for c in columns)
+    rows = "".join(
+        "<tr>" + "".join(f"<td>{m[c]:.6g}</td>" if isinstance(m[c], float) else f"<td>{m[c]}</td>" for c in columns) + "</tr>"
+        for m in solution.meshes
+    )
+    return f"<p>{html.escape(solution.verdict)}</p><table><tr>{head}</tr>{rows}</table>"
+
+
+def plot_of(solution: Any) -> Any:
+    """States above controls over time, a matplotlib Figure; points of the mesh are marked."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise ImportError("plot: matplotlib is not installed; pip install matplotlib") from error
+    t = np.linspace(0, solution.t[-1], 1000)
+    between = solution.at(t)
+    parts = [p for p in (("x", solution.states), ("u", solution.controls)) if p[1]]
+    figure = Figure(figsize=(8, 3 * len(parts)), layout="constrained")
+    for axes, (name, labels) in zip(figure.subplots(len(parts), sharex=True, squeeze=False)[:, 0], parts):
+        curves, points = getattr(between, name), getattr(solution, name)
+        for k, label in enumerate(labels):
+            (line,) = axes.plot(t, curves[:, k], label=label)
+            axes.plot(solution.t, points[:, k], ".", markersize=3, color=line.get_color())
+        axes.set_ylabel("states" if name == "x" else "controls")
+        if len(labels) <= 12:
+            axes.legend(fontsize="small")
+        axes.grid(alpha=0.3)
+    axes.set_xlabel("time [s]")
+    figure.suptitle(solution.verdict, fontsize="small")
+    return figure
 
 
 def pictures_of(result: Any) -> Pictures:
