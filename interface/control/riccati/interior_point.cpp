@@ -65,7 +65,7 @@ class StructuredInteriorPoint::Method {
     least_barrier_ = std::min(options.tolerance, 1e-4) / (kKappaEpsilon + 1);
     barrier_.set_bounds(options.bound_relaxation);
     solution_ = {}, best_ = {}, solution_.x = start;
-    last_shift_ = 0, acceptable_ = {}, is_tiny_ = false, has_matrices_ = false;
+    last_shift_ = 0, progress_ = {}, is_tiny_ = false, has_matrices_ = false;
     begin_ = Clock::now();
     processor_begin_ = thread_seconds();
     if (has_crossed_bounds(nlp_.shape())) {
@@ -167,14 +167,14 @@ class StructuredInteriorPoint::Method {
         std::max(e.primal, e.complementarity) <= kMostViolation)
       return SolveStatus::kSolved;
     const bool is_acceptable = e.all <= kAcceptable;
-    acceptable_.count(is_acceptable, now_.f);
-    if (options_.stop_at_acceptable && acceptable_.iterations() >= kAcceptableIterations)
+    progress_.note(is_acceptable, now_.f, e);
+    if (options_.stop_at_acceptable && progress_.acceptable() >= kAcceptableIterations)
       return SolveStatus::kAcceptable;
     if (largest(now_.w) > kEndless) return SolveStatus::kDiverging;
     if (options_.stop.stop_requested()) return SolveStatus::kStopped;
     if (iteration > options_.max_iterations) return SolveStatus::kIterationLimit;
     if (is_late()) return SolveStatus::kTimeLimit;
-    if (is_tiny_ && mu_ <= least_barrier_)
+    if ((is_tiny_ && mu_ <= least_barrier_) || progress_.has_stalled())
       return is_acceptable ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
     return {};
   }
@@ -296,7 +296,7 @@ class StructuredInteriorPoint::Method {
       trial_.w = now_.w + length * w_step_;
       if (!evaluate(trial_)) return {SolveStatus::kNotFinite};
       if (was_tiny && mu_ <= least_barrier_)
-        return {acceptable_.iterations() > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
+        return {progress_.acceptable() > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
       accept(length, dual, step_.c);
       return {{}, length, dual, 1};
     }
@@ -395,7 +395,7 @@ class StructuredInteriorPoint::Method {
     };
     const double small = std::min(options_.tolerance, 1e-8);
     if (now_.largest <= small)  // nothing to restore
-      return {acceptable_.iterations() > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
+      return {progress_.acceptable() > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
     Restoration restoration(nlp_, kkt_, barrier_);
     const RestorationEnd end = restoration.run(
         now_, mu_, small,
@@ -460,7 +460,7 @@ class StructuredInteriorPoint::Method {
   VectorXd lambda_;  // (m)
   BoundMultipliers multipliers_;
   double mu_ = kFirstBarrier, least_barrier_ = 0, last_shift_ = 0, processor_begin_ = 0;
-  AcceptableCount acceptable_;
+  Progress progress_;
   int blocked_ = 0;
   bool may_raise_ = true;
   bool is_tiny_ = false, has_matrices_ = false;  // the latter: kkt_ has those of now_

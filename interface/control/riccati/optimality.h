@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <dyntape/interface/control/riccati/barrier.h>
 
@@ -22,23 +23,28 @@ struct OptimalityErrors {
   double dual, primal, complementarity, all;
 };
 
-// Counts acceptable iterations since the objective moved last.  Iterations that are not acceptable do not end the count: where
-// curvature is below rounding, steps err again and again.
-class AcceptableCount {
+// Counts iterations since the objective moved last: acceptable ones, and those in which neither error fell by a tenth.  Iterations that
+// are not acceptable do not end the count: where curvature is below rounding, steps err again and again.
+class Progress {
  public:
-  void count(bool is_acceptable, double objective) {
-    constexpr double kStill = 1e-6;
-    const bool has_moved = !(std::abs(objective - begun_at_) <= kStill * std::max(std::abs(objective), 1.0));
-    if (has_moved) iterations_ = 0;
-    if (!is_acceptable) return;
-    if (has_moved) begun_at_ = objective;
-    ++iterations_;
+  Progress() = default;
+  explicit Progress(double objective) : objective_(objective) {}
+  void note(bool is_acceptable, double objective, const OptimalityErrors& e) {
+    constexpr double kStill = 1e-6, kFallen = 0.9;
+    if (!(std::abs(objective - objective_) <= kStill * std::max(std::abs(objective), 1.0)))
+      *this = Progress(objective);
+    if (is_acceptable) ++acceptable_;
+    ++idle_;
+    for (const auto& [now, least] : {std::pair(e.all, &all_), std::pair(e.primal, &primal_)})
+      if (now < kFallen * *least) *least = now, idle_ = 0;
   }
-  int iterations() const { return iterations_; }
+  int acceptable() const { return acceptable_; }
+  bool has_stalled() const { return idle_ >= kMostIdle; }
 
  private:
-  int iterations_ = 0;
-  double begun_at_ = 0;
+  static constexpr int kMostIdle = 30;
+  double objective_ = HUGE_VAL, all_ = HUGE_VAL, primal_ = HUGE_VAL;
+  int acceptable_ = 0, idle_ = 0;
 };
 
 class Optimality {
