@@ -60,7 +60,9 @@ ROOMS = {
     'interface/cppad': [*AUTODIFF, *GENERATE, *(f'interface/cppad/{name}' for name in ('nodes', 'utilities', 'cg', 'graph'))],
     'interface/cppad/nodes': [*AUTODIFF, 'interface/cppad'],
     'interface/cppad/utilities': ['interface/cppad'],
-    'interface/cppad/cg': [*AUTODIFF, *GENERATE, 'interface/cppad'],
+    # Statements and C of users are printed and compiled there, without a pipeline.
+    'interface/cppad/cg': [*AUTODIFF, *GENERATE, 'codegen/system', 'codegen/build', 'codegen/print', 'codegen/schedule', 'interface/cppad',
+                           'interface/cppad/nodes'],
     'interface/cppad/graph': [*AUTODIFF, 'interface/cppad', 'interface/cppad/nodes'],
     'interface/cppad/drop_in': ['interface/cppad'],
     'interface/report/plot': ['codegen/system', IO],

@@ -267,6 +267,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
     if (!fun_) detail::refuse_recording("ADFun: the function is empty; nothing has been recorded into it");
     return *fun_;
   }
+  const std::shared_ptr<detail::Fun<Base>>& shared_core() const { return fun_; }
   template <class Vector>
   static std::vector<Base> values(const Vector& v) {
     std::vector<Base> copy;

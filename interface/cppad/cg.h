@@ -22,7 +22,13 @@
 // threads at a time.
 #pragma once
 
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/cppad/cg/atomic_fun.h>
 #include <dyntape/interface/cppad/cg/code_handler.h>
 #include <dyntape/interface/cppad/cg/library_gen.h>
 #include <dyntape/interface/cppad/cg/model.h>
 #include <dyntape/interface/cppad/cppad.h>
+
+namespace CppAD::inline dyntape_names::cg {
+using CGException = dyntape::Error;  // of every kind
+}  // namespace CppAD::inline dyntape_names::cg

@@ -8,9 +8,10 @@
 //   CppAD::vector<CG<double>> J = f.Jacobian(x);                  // f: ADFun<CG<double>>
 //   LanguageC<double> language("double");
 //   LangCDefaultVariableNameGenerator<double> names;
-//   handler.generateCode(std::cout, language, J, names);          // void name(const double x[2], double y[..]) { ... }
+//   handler.generateCode(std::cout, language, J, names);          // { ... y[0] = t3; ... }, to stand in a function of the user's
 //
-// The text is that of codegen/print/print_embedded.h: complete functions, whatever the generators of names say.
+// The text is one block, which reads x[] and writes y[]; LangCDefaultVariableNameGenerator("out", "in") calls them otherwise.  After
+// language.setGenerateFunction("name") it is a complete function, as codegen/print/print_embedded.h prints it.
 #pragma once
 
 #include <ostream>
@@ -25,6 +26,11 @@ template <class Base>
 class LanguageC {
  public:
   explicit LanguageC(std::string type, std::size_t = 3) : type_(std::move(type)) {}
+  // Blocks declare their temporaries themselves.
+  std::string generateTemporaryVariableDeclaration(bool = true, bool = false, const std::vector<int>& = {},
+                                                   const std::vector<int>& = {}) const {
+    return "";
+  }
   void setGenerateFunction(const std::string& name) { name_ = name; }
   void setParameterPrecision(std::size_t) {}
   void setMaxAssignmentsPerFunction(std::size_t, void*) {}
@@ -33,22 +39,37 @@ class LanguageC {
   const std::string& name() const { return name_; }
 
  private:
-  std::string type_, name_ = "generated";
+  std::string type_, name_;
+};
+
+struct PrintedNames {
+  std::string dependent = "y", independent = "x";
 };
 
 template <class Base>
-struct LangCDefaultVariableNameGenerator {
-  LangCDefaultVariableNameGenerator(std::string = "y", std::string = "x", std::string = "v") {}
+class VariableNameGenerator {
+ public:
+  explicit VariableNameGenerator(PrintedNames names) : names_(std::move(names)) {}
+  const PrintedNames& names() const { return names_; }
+
+ private:
+  PrintedNames names_;
+};
+template <class Base>
+struct LangCDefaultVariableNameGenerator : VariableNameGenerator<Base> {
+  LangCDefaultVariableNameGenerator(std::string dependent = "y", std::string independent = "x",
+                                    const std::string& /*temporary*/ = "v")
+      : VariableNameGenerator<Base>({std::move(dependent), std::move(independent)}) {}
 };
 
 // In code_handler.cpp.
 void print_recording(std::ostream& out, const std::vector<AD<double>>& y, const std::string& type,
-                     const std::string& name);
+                     const std::string& name, const PrintedNames& names);
 
 template <class Base>
 class CodeHandler {
  public:
-  CodeHandler() = default;
+  explicit CodeHandler(std::size_t /*expected operations*/ = 0) {}
   ~CodeHandler() {
     if (open_) CG<Base>::abort_recording();
   }
@@ -62,9 +83,9 @@ class CodeHandler {
   }
   template <class Vector>
   void generateCode(std::ostream& out, LanguageC<Base>& language, Vector& dependent,
-                    LangCDefaultVariableNameGenerator<Base>&, const std::string& = "source") {
+                    VariableNameGenerator<Base>& names, const std::string& = "source") {
     open_ = false;
-    print_recording(out, detail::entries_of(dependent), language.type(), language.name());
+    print_recording(out, detail::entries_of(dependent), language.type(), language.name(), names.names());
   }
 
  private:

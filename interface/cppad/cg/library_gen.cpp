@@ -5,6 +5,7 @@
 
 #include <dyntape/codegen/pipeline.h>
 #include <dyntape/interface/cppad/conditions.h>
+#include <dyntape/interface/cppad/detail/patterns.h>
 #include <dyntape/interface/cppad/cg/detail/model.hxx>
 
 namespace CppAD::inline dyntape_names::cg {
@@ -16,7 +17,9 @@ Function function_of(const ModelCSourceGen<double>& model) {
   if (!recording.captured.empty())
     detail::refuse("model \"" + model.getName() +
                    "\" was recorded with values of another recording, which a library has not");
-  Function function = *recording.function;
+  Function function = recording.kernels.empty()
+                          ? *recording.function
+                          : detail::with_patterns(*recording.function, recording.kernels);
   function.outputs.resize(recording.range);
   function.name = model.getName();
   return compact(function);
@@ -31,15 +34,41 @@ CodegenOptions options_of(const ModelCSourceGen<double>& model) {
   return options;
 }
 
+// A model computes on the thread of the caller.
+std::vector<std::string> flags_for_models(std::vector<std::string> flags) {
+  std::erase_if(flags, [](const std::string& flag) { return flag == "-pthread" || flag == "-fopenmp"; });
+  return flags;
+}
+
+std::vector<double> numbers_of(const std::vector<CG<double>>& values) {
+  std::vector<double> numbers;
+  for (const auto& value : values) numbers.push_back(value.value());
+  return numbers;
+}
+
+// The same function over numbers.
+std::shared_ptr<const detail::Recording<double>> recording_of_numbers(
+    const detail::Recording<CG<double>>& of) {
+  auto recording = std::make_shared<detail::Recording<double>>();
+  recording->function = of.function;
+  recording->range = of.range;
+  recording->prints = of.prints;
+  recording->guard_places = of.guard_places;
+  recording->kernels = of.kernels;
+  recording->variables = numbers_of(of.variables);
+  recording->dynamics = numbers_of(of.dynamics);
+  return recording;
+}
+
 std::shared_ptr<const ModelState> state_of(const ModelCSourceGen<double>& model,
-                                           const CCompiler<double>& compiler) {
+                                           const AbstractCCompiler<double>& compiler) {
   CodegenOptions options = options_of(model);
   options.compiler = compiler.getCompilerPath();
-  options.flags = compiler.getCompileFlags();
-  std::vector<double> parameters;
-  for (const auto& value : model.recording().dynamics) parameters.push_back(plain_value(value));
+  options.flags = flags_for_models(compiler.getCompileFlags());
+  if (!model.recording().kernels.empty()) options.route = Route::kInterpreter;
   return std::make_shared<const ModelState>(model.getName(), model.choice(),
-                                            CompiledFunction::make(function_of(model), options), parameters);
+                                            CompiledFunction::make(function_of(model), options),
+                                            recording_of_numbers(model.recording()));
 }
 
 }  // namespace
@@ -53,7 +82,7 @@ void ModelLibraryCSourceGen<double>::saveSources(const std::string& folder) cons
 
 template <>
 std::unique_ptr<DynamicLib<double>> DynamicModelLibraryProcessor<double>::createDynamicLibrary(
-    CCompiler<double>& compiler, bool loadLib) {
+    AbstractCCompiler<double>& compiler, bool loadLib) {
   std::map<std::string, std::shared_ptr<const ModelState>> models;
   for (const auto* model : sources_.getModels()) {
     if (!models.emplace(model->getName(), state_of(*model, compiler)).second)

@@ -13,12 +13,14 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/interface/cppad/cg/compiler.h>
 #include <dyntape/interface/cppad/cg/model.h>
 
 namespace CppAD::inline dyntape_names::cg {
 
 enum class JacobianADMode { Forward, Reverse, Automatic };
 enum class MultiThreadingType { NONE, OPENMP, PTHREADS };
+enum class ThreadPoolScheduleStrategy { STATIC = 1, DYNAMIC = 2, GUIDED = 3 };
 
 template <class Base>
 class ModelCSourceGen {
@@ -104,7 +106,10 @@ class ModelLibraryCSourceGen {
     detail::refuse("addCustomFunctionSource: \"" + name +
                    "\": libraries hold what is recorded, and no C of the user's");
   }
-  void setMultiThreading(MultiThreadingType) {}
+  MultiThreadingType getMultiThreading() const {
+    return threading_;
+  }  // models may be shared by threads anyway
+  void setMultiThreading(MultiThreadingType threading) { threading_ = threading; }
   void setVerbose(bool yes) { verbose_ = yes; }
   bool isVerbose() const { return verbose_; }
   const std::vector<ModelCSourceGen<Base>*>& getModels() const { return models_; }
@@ -113,6 +118,7 @@ class ModelLibraryCSourceGen {
 
  private:
   std::vector<ModelCSourceGen<Base>*> models_;
+  MultiThreadingType threading_ = MultiThreadingType::NONE;
   bool verbose_ = false;
 };
 
@@ -120,48 +126,35 @@ template <class Base>
 class SaveFilesModelLibraryProcessor {
  public:
   explicit SaveFilesModelLibraryProcessor(ModelLibraryCSourceGen<Base>& sources) : sources_(sources) {}
-  void saveSources() const { sources_.saveSources("cppadcg_sources"); }
-  void saveSourcesTo(const std::string& folder) const { sources_.saveSources(folder); }
+  void saveSources() const { saveLibrarySources(sources_); }
+  void saveSourcesTo(const std::string& folder) const { saveLibrarySourcesTo(sources_, folder); }
+  static void saveLibrarySources(ModelLibraryCSourceGen<Base>& sources) {
+    saveLibrarySourcesTo(sources, "cppadcg_sources");
+  }
+  static void saveLibrarySourcesTo(ModelLibraryCSourceGen<Base>& sources, const std::string& folder) {
+    sources.saveSources(folder);
+  }
 
  private:
   ModelLibraryCSourceGen<Base>& sources_;
 };
 
-// Which compiler, and its flags.  Flags of levels, processors, warnings and macros are passed on.
-template <class Base>
-class CCompiler {
- public:
-  explicit CCompiler(std::string path) : path_(std::move(path)) {}
-  const std::string& getCompilerPath() const { return path_; }
-  void setCompileFlags(const std::vector<std::string>& flags) { flags_ = flags; }
-  void addCompileFlag(const std::string& flag) { flags_.push_back(flag); }
-  const std::vector<std::string>& getCompileFlags() const { return flags_; }
-  void setCompileLibFlags(const std::vector<std::string>&) {}
-  void addCompileLibFlag(const std::string&) {}
-  void setLinkFlags(const std::vector<std::string>&) {}
-  void setTemporaryFolder(const std::string&) {}
-  void setSourcesFolder(const std::string&) {}
-  void setSaveToDiskFirst(bool) {}
-  void setVerbose(bool) {}
-
- private:
-  std::string path_;
-  std::vector<std::string> flags_ = {"-O2"};
-};
-template <class Base>
-struct GccCompiler : CCompiler<Base> {
-  explicit GccCompiler(std::string path = "gcc") : CCompiler<Base>(std::move(path)) {}
-};
-template <class Base>
-struct ClangCompiler : CCompiler<Base> {
-  explicit ClangCompiler(std::string path = "clang") : CCompiler<Base>(std::move(path)) {}
-};
-
+// Loaded models.  A call of theirs runs on the thread that makes it: the settings of threads are kept, and change nothing.
 template <class Base>
 class DynamicLib {
  public:
   explicit DynamicLib(std::map<std::string, std::shared_ptr<const ModelState>> models)
       : models_(std::move(models)) {}
+  // CppADCodeGen's way to a file of an earlier run.
+  explicit DynamicLib(const std::string& path) {
+    detail::refuse(
+        "LinuxDynamicLib: \"" + path +
+        "\": libraries are found by what they compute; record the functions and call createDynamicLibrary, "
+        "which compiles nothing that the cache has");
+  }
+  DynamicLib(DynamicLib&&) noexcept = default;
+  virtual ~DynamicLib() = default;
+
   std::set<std::string> getModelNames() const {
     std::set<std::string> names;
     for (const auto& entry : models_) names.insert(entry.first);
@@ -174,14 +167,38 @@ class DynamicLib {
   }
   unsigned long getAPIVersion() const { return 7; }
 
+  unsigned int getThreadNumber() const { return threads_.number; }
+  void setThreadNumber(unsigned int n) { threads_.number = n; }
+  bool isThreadPoolDisabled() const { return threads_.disabled; }
+  void setThreadPoolDisabled(bool yes) { threads_.disabled = yes; }
+  bool isThreadPoolVerbose() const { return threads_.verbose; }
+  void setThreadPoolVerbose(bool yes) { threads_.verbose = yes; }
+  ThreadPoolScheduleStrategy getThreadPoolSchedulerStrategy() const { return threads_.strategy; }
+  void setThreadPoolSchedulerStrategy(ThreadPoolScheduleStrategy strategy) { threads_.strategy = strategy; }
+  float getThreadPoolGuidedMaxWork() const { return threads_.guided_work; }
+  void setThreadPoolGuidedMaxWork(float share) { threads_.guided_work = share; }
+  unsigned int getThreadPoolNumberOfTimeMeas() const { return threads_.measurements; }
+  void setThreadPoolNumberOfTimeMeas(unsigned int n) { threads_.measurements = n; }
+
  private:
   std::string listed() const {
     std::string names;
     for (const auto& entry : models_) names += (names.empty() ? "; there are " : ", ") + entry.first;
     return names;
   }
+  struct Threads {
+    unsigned int number = 1, measurements = 10;
+    bool disabled = false, verbose = false;
+    ThreadPoolScheduleStrategy strategy = ThreadPoolScheduleStrategy::DYNAMIC;
+    float guided_work = 1;
+  };
   std::map<std::string, std::shared_ptr<const ModelState>> models_;
+  Threads threads_;
 };
+template <class Base>
+using LinuxDynamicLib = DynamicLib<Base>;
+template <class Base>
+using LinuxDynamicLibModel = GenericModel<Base>;
 
 template <class Base>
 class DynamicModelLibraryProcessor {
@@ -192,27 +209,23 @@ class DynamicModelLibraryProcessor {
 
   const std::string& getLibraryName() const { return name_; }
   void setLibraryName(const std::string& name) { name_ = name; }
-  void setCustomLibraryExtension(const std::string&) {}
+  // Taken, and without effect: no file has the library's name.
+  const std::string* getCustomLibraryExtension() const { return extension_.get(); }
+  void setCustomLibraryExtension(const std::string& extension) {
+    extension_ = std::make_unique<std::string>(extension);
+  }
+  void removeCustomLibraryExtension() { extension_.reset(); }
   std::map<std::string, std::string>& getOptions() { return options_; }
+  const std::map<std::string, std::string>& getOptions() const { return options_; }
   // Compiled, or from the cache, and loaded.
-  std::unique_ptr<DynamicLib<Base>> createDynamicLibrary(CCompiler<Base>& compiler, bool loadLib = true);
+  std::unique_ptr<DynamicLib<Base>> createDynamicLibrary(AbstractCCompiler<Base>& compiler,
+                                                         bool loadLib = true);
 
  private:
   ModelLibraryCSourceGen<Base>& sources_;
   std::string name_;
+  std::unique_ptr<std::string> extension_;
   std::map<std::string, std::string> options_;
-};
-
-// CppADCodeGen's way to a file of an earlier run.
-template <class Base>
-class LinuxDynamicLib : public DynamicLib<Base> {
- public:
-  explicit LinuxDynamicLib(const std::string& path) : DynamicLib<Base>({}) {
-    detail::refuse(
-        "LinuxDynamicLib: \"" + path +
-        "\": libraries are found by what they compute; record the functions and call createDynamicLibrary, "
-        "which compiles nothing that the cache has");
-  }
 };
 
 }  // namespace CppAD::inline dyntape_names::cg

@@ -55,11 +55,12 @@ ModelResults evaluate_model(const ModelState& state, Order order, const Doubles&
     r.hessian.resize(f.hessian_pattern().nnz());
   }
   const LentWorkspace room(state);
-  if (order == Order::kValue) f.value(x.data(), state.parameters.data(), r.y.data(), *room.workspace);
+  if (order == Order::kValue)
+    f.value(x.data(), state.recording->dynamics.data(), r.y.data(), *room.workspace);
   if (order == Order::kFirst)
-    f.first_order(x.data(), state.parameters.data(), r.y.data(), r.jacobian.data(), *room.workspace);
+    f.first_order(x.data(), state.recording->dynamics.data(), r.y.data(), r.jacobian.data(), *room.workspace);
   if (order == Order::kSecond)
-    f.second_order(x.data(), state.parameters.data(), w.data(), r.y.data(), r.jacobian.data(),
+    f.second_order(x.data(), state.recording->dynamics.data(), w.data(), r.y.data(), r.jacobian.data(),
                    r.hessian.data(), *room.workspace);
   return r;
 }
@@ -129,14 +130,19 @@ Doubles transposed_product(const Pattern& pattern, const Doubles& jacobian, cons
 
 }  // namespace
 
-ModelState::ModelState(std::string n, ModelChoice c, CompiledFunction f, Doubles p)
-    : name(std::move(n)), choice(std::move(c)), function(std::move(f)), parameters(std::move(p)) {
+ModelState::ModelState(std::string n, ModelChoice c, CompiledFunction f,
+                       std::shared_ptr<const detail::Recording<double>> r)
+    : name(std::move(n)), choice(std::move(c)), function(std::move(f)), recording(std::move(r)) {
   if (function.order() >= Order::kFirst)
     choose_elements(function.jacobian_pattern(), false, choice.jacobian_rows, choice.jacobian_cols, jacobian);
   if (function.order() == Order::kSecond)
     choose_elements(function.hessian_pattern(), true, choice.hessian_rows, choice.hessian_cols, hessian);
 }
 
+template <class Base>
+std::shared_ptr<detail::Fun<Base>> GenericModel<Base>::recorded() const {
+  return std::make_shared<detail::Fun<Base>>(state_->recording);
+}
 template <class Base>
 const std::string& GenericModel<Base>::getName() const {
   return state_->name;

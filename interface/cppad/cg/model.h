@@ -15,6 +15,11 @@
 
 #include <dyntape/interface/cppad/ad_fun.h>
 
+namespace CppAD::inline dyntape_names {
+template <class Base>
+class atomic_base;
+}
+
 namespace CppAD::inline dyntape_names::cg {
 
 template <class Base>
@@ -27,19 +32,46 @@ class ArrayView {
   ArrayView() = default;
   ArrayView(Type* data, std::size_t size) : data_(data), size_(size) {}
   template <class Vector>
-  ArrayView(Vector& v)
-      : data_(v.data()), size_(std::size_t(v.size())) {}  // NOLINT: vectors are passed as views
+  requires requires(Vector& v) {
+    v.size();
+    { &v[0] } -> std::convertible_to<Type*>;
+  }  // NOLINTNEXTLINE: vectors are passed as views
+  ArrayView(Vector& v) : data_(v.size() > 0 ? &v[0] : nullptr), size_(std::size_t(v.size())) {}
+  ArrayView(const ArrayView&) = default;
+  // Copies the elements, of which there are as many.
+  ArrayView& operator=(const ArrayView& other) { return copy(other), *this; }
+  template <class Other>
+  ArrayView& operator=(const ArrayView<Other>& other) {
+    return copy(other), *this;
+  }
   Type* data() const { return data_; }
   std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
   Type& operator[](std::size_t i) const { return data_[i]; }
+  Type& at(std::size_t i) const {
+    if (i >= size_)
+      detail::refuse("ArrayView: element " + std::to_string(i) + " does not exist; there are " +
+                     std::to_string(size_));
+    return data_[i];
+  }
   Type* begin() const { return data_; }
   Type* end() const { return data_ + size_; }
 
  private:
+  template <class Other>
+  void copy(const ArrayView<Other>& other) {
+    if (other.size() != size_)
+      detail::refuse("ArrayView: got " + std::to_string(other.size()) + " elements, expected " +
+                     std::to_string(size_));
+    for (std::size_t i = 0; i < size_; ++i) data_[i] = other.data()[i];
+  }
+
   Type* data_ = nullptr;
   std::size_t size_ = 0;
 };
 
+template <class Base>
+class CGAtomicGenericModel;
 struct ModelState;  // the compiled function and what was asked for; in model.cpp
 
 // What ModelCSourceGen was told to create.
@@ -59,11 +91,19 @@ class GenericModel {
   using Sets = std::vector<std::set<std::size_t>>;
 
   explicit GenericModel(std::shared_ptr<const ModelState> state) : state_(std::move(state)) {}
+  GenericModel(GenericModel&&) noexcept = default;
+  virtual ~GenericModel() = default;
 
   const std::string& getName() const;
   std::size_t Domain() const;
   std::size_t Range() const;
+  // The function that was recorded, and the same for other recordings (atomic_fun.h).
+  std::shared_ptr<detail::Fun<Base>> recorded() const;
+  CGAtomicGenericModel<Base>& asAtomic();
+  // Whatever a model calls is part of it: there is nothing to add, and nothing added is called.
   std::vector<std::string> getAtomicFunctionNames() const { return {}; }
+  bool addAtomicFunction(atomic_base<Base>&) { return false; }
+  bool addExternalModel(GenericModel&) { return false; }
 
   bool isForwardZeroAvailable() const { return choice().forward_zero; }
   bool isJacobianAvailable() const { return choice().jacobian; }
@@ -232,6 +272,7 @@ class GenericModel {
   }
 
   std::shared_ptr<const ModelState> state_;
+  std::shared_ptr<CGAtomicGenericModel<Base>> atomic_;
 };
 
 }  // namespace CppAD::inline dyntape_names::cg

@@ -68,6 +68,11 @@ class AtomicFunction {
 
   const std::string& atomic_name() const { return name_; }
 
+  // A function that is recorded: calls stand in other recordings statement by statement. Null: a call is one node.
+  virtual std::shared_ptr<Fun<Base>> recorded() { return nullptr; }
+  // The function of doubles that this one stands for, in recordings of recorded values; null: none.
+  virtual AtomicFunction<double>* of_doubles() { return nullptr; }
+
   virtual bool result_types(const Call&, vector<ad_type_enum>&) { return false; }
   virtual bool coefficients(const Call& call, std::size_t low, std::size_t up, const vector<Base>& tx,
                             vector<Base>& ty) = 0;
@@ -81,6 +86,7 @@ class AtomicFunction {
   virtual bool jacobian_entries(const Call&, bool /*dependency*/, Sparsity&) { return false; }
   virtual bool hessian_entries(const Call&, std::size_t, Sparsity&) { return false; }
 
+  const std::shared_ptr<AtomicFunction*>& alive() const { return alive_; }
   // y = f(x), recorded where x is.
   std::vector<AD<Base>> call(std::size_t call_id, const std::vector<AD<Base>>& x, std::size_t m);
 

@@ -16,24 +16,38 @@
 
 namespace CppAD::inline dyntape_names {
 
-namespace detail {
-
-// A function with dynamic parameters as one node.
+// Of a function that there is, with atomic_three's types.
 template <class Base>
-class CheckpointCall : public AtomicFunction<Base> {
+class chkpoint_two : public atomic_three<Base> {
  public:
-  CheckpointCall(const ADFun<Base>& f, const std::string& name) : AtomicFunction<Base>(name) { f_ = f; }
-  template <class ADVector>
-  void operator()(const ADVector& ax, ADVector& ay) {
-    this->call_of(0, ax, ay);
+  // What follows the name chooses in CppAD how derivatives are found; here they are derived.
+  chkpoint_two(const ADFun<Base>& f, const std::string& name, bool = false, bool = true, bool = true,
+               bool = false)
+      : atomic_three<Base>(name) {
+    f_ = f;
   }
-  ADFun<Base>& function() { return f_; }
+  // Parameters of all calls, recorded before or after.
+  template <class Vector>
+  void new_dynamic(const Vector& p) {
+    f_.new_dynamic(p);
+  }
+  std::size_t size_var() const { return f_.size_var(); }
 
  private:
-  using Call = AtomicCall<Base>;
+  using Call = detail::AtomicCall<Base>;
+  using Sparsity = sparse_rc<vector<std::size_t>>;
   template <class S>
   using Many = vector<S>;
 
+  std::shared_ptr<detail::Fun<Base>> recorded() override {
+    return f_.size_dyn_ind() > 0 ? nullptr : f_.shared_core();
+  }
+  template <class Function, class S>
+  static bool adjoints_of(Function&& f, std::size_t up, const Many<S>& tx, Many<S>& px, const Many<S>& py) {
+    f.Forward(up, tx);
+    px = f.Reverse(up + 1, py);
+    return true;
+  }
   bool coefficients(const Call&, std::size_t, std::size_t up, const Many<Base>& tx, Many<Base>& ty) override {
     ty = f_.Forward(up, tx);
     return true;
@@ -45,88 +59,48 @@ class CheckpointCall : public AtomicFunction<Base> {
   }
   bool adjoints(const Call&, std::size_t up, const Many<Base>& tx, const Many<Base>&, Many<Base>& px,
                 const Many<Base>& py) override {
-    f_.Forward(up, tx);
-    px = f_.Reverse(up + 1, py);
-    return true;
+    return adjoints_of(f_, up, tx, px, py);
   }
   bool adjoints(const Call&, std::size_t up, const Many<AD<Base>>& tx, const Many<AD<Base>>&,
                 Many<AD<Base>>& px, const Many<AD<Base>>& py) override {
-    auto recorded = f_.base2ad();
-    recorded.Forward(up, tx);
-    px = recorded.Reverse(up + 1, py);
-    return true;
+    return adjoints_of(f_.base2ad(), up, tx, px, py);
   }
-  using Sparsity = sparse_rc<vector<std::size_t>>;
   bool jacobian_entries(const Call&, bool dependency, Sparsity& pattern) override {
-    to_rc(sets_of(f_.core().jacobian_pattern(dependency)), false, pattern);
+    detail::to_rc(detail::sets_of(f_.core().jacobian_pattern(dependency)), false, pattern);
     return true;
   }
   bool hessian_entries(const Call& call, std::size_t i, Sparsity& pattern) override {
     std::vector<bool> only(call.n_out, false);
     only[i] = true;
-    to_rc(sets_of(f_.core().hessian_pattern(only)), false, pattern);
+    detail::to_rc(detail::sets_of(f_.core().hessian_pattern(only)), false, pattern);
     return true;
   }
 
   ADFun<Base> f_;
 };
 
-}  // namespace detail
-
+// Of an algorithm, which is recorded here.
 template <class Base>
-class chkpoint_two {
- public:
-  // What follows the name chooses in CppAD how derivatives are found; here they are derived.
-  chkpoint_two(const ADFun<Base>& f, const std::string& name, bool = false, bool = true, bool = true,
-               bool = false)
-      : name_(name) {
-    f_ = f;
-    call_ = std::make_shared<detail::CheckpointCall<Base>>(f, name);  // also by its name, from a graph
-  }
-  // Parameters of all calls, recorded before or after.
-  template <class Vector>
-  void new_dynamic(const Vector& p) {
-    f_.new_dynamic(p);
-    call_->function().new_dynamic(p);
-  }
-  template <class ADVector>
-  void operator()(const ADVector& ax, ADVector& ay) {
-    if (std::size_t(ax.size()) != f_.Domain())
-      detail::refuse("checkpoint \"" + name_ + "\": got " + std::to_string(ax.size()) +
-                     " arguments, expected " + std::to_string(f_.Domain()));
-    if (f_.size_dyn_ind() > 0) return (*call_)(ax, ay);
-    ADFun<AD<Base>, Base> inlined = f_.base2ad();
-    const auto values = inlined.Forward(0, detail::entries_of(ax));
-    for (std::size_t i = 0; i < values.size(); ++i) ay[i] = values[i];
-  }
-  const std::string& atomic_name() const { return name_; }
-  std::size_t size_var() const { return f_.size_var(); }
-
- protected:
-  chkpoint_two(const std::string& name) : name_(name) {}
-  ADFun<Base> f_;
-  std::string name_;
-  std::shared_ptr<detail::CheckpointCall<Base>> call_;
-};
-
-template <class Base>
-class checkpoint : public chkpoint_two<Base> {
+class checkpoint : public atomic_base<Base> {
  public:
   using option_enum = typename atomic_base<Base>::option_enum;
 
   // What follows ay chooses in CppAD how patterns are found; here they are derived.
   template <class Algo, class ADVector>
   checkpoint(const char* name, Algo& algo, const ADVector& ax, ADVector& ay, option_enum = {}, bool = true)
-      : chkpoint_two<Base>(std::string(name)) {
+      : atomic_base<Base>(name) {
     ADVector x = ax;
     for (std::size_t j = 0; j < std::size_t(x.size()); ++j) x[j] = Var2Par(x[j]);
     Independent(x);
     algo(x, ay);
-    this->f_.Dependent(x, ay);
+    f_.Dependent(x, ay);
     for (std::size_t i = 0; i < std::size_t(ay.size()); ++i) ay[i] = Var2Par(ay[i]);
   }
-  void option(option_enum) {}
-  static void clear() {}
+  std::size_t size_var() const { return f_.size_var(); }
+
+ private:
+  std::shared_ptr<detail::Fun<Base>> recorded() override { return f_.shared_core(); }
+  ADFun<Base> f_;
 };
 template <class Base>
 using chkpoint_one = checkpoint<Base>;

@@ -20,12 +20,13 @@ struct ModelState {
     std::vector<std::size_t> row, col,
         place;  // place: in the pattern of the function; SIZE_MAX: zero by structure
   };
-  ModelState(std::string name, ModelChoice choice, CompiledFunction function, std::vector<double> parameters);
+  ModelState(std::string name, ModelChoice choice, CompiledFunction function,
+             std::shared_ptr<const detail::Recording<double>> recording);
 
   std::string name;
   ModelChoice choice;
   CompiledFunction function;
-  std::vector<double> parameters;
+  std::shared_ptr<const detail::Recording<double>> recording;
   Elements jacobian, hessian;
   mutable std::mutex mutex;
   mutable std::vector<std::unique_ptr<CompiledFunction::Workspace>> free;
