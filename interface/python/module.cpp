@@ -43,6 +43,7 @@ NB_MODULE(_dyntape, module) {
   bind_sweeps(module);
   bind_sweep_chunks(module);
   bind_identification(module);
+  bind_quadratic(module);
   module.def(
       "command_line", command_line, nb::arg("arguments"),
       "What the command `dyntape` does with these arguments, its name first; returns its exit status.\n\n"

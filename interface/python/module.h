@@ -20,5 +20,6 @@ void bind_task_control(nb::module_& module);     // task_control.cpp
 void bind_sweeps(nb::module_& module);           // sweeps.cpp
 void bind_sweep_chunks(nb::module_& module);     // bridges/sweep_chunks.cpp
 void bind_identification(nb::module_& module);   // identification.cpp
+void bind_quadratic(nb::module_& module);        // quadratic.cpp
 
 }  // namespace dyntape::python

@@ -2,17 +2,17 @@
 #include <dyntape/interface/control/sensitivity/quadratic_layer.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/riccati/interior_point.h>
+#include <dyntape/interface/control/sensitivity/quadratic_findings.h>
 
 namespace dyntape {
 
 namespace {
 
+using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -74,241 +74,177 @@ QuadraticProgram checked(QuadraticProgram p) {
   return p;
 }
 
-class QuadraticNlp : public Nlp {
- public:
-  explicit QuadraticNlp(const QuadraticProgram& p)
-      : p_(p), roots_(roots_of(p.Q)), is_curved_(p.Q.diagonal().maxCoeff() > 0) {
-    const auto n = std::size_t(p.q.size()), of_A = std::size_t(p.b.size()), of_G = std::size_t(p.h.size());
-    shape_.x_lower.assign(n, -HUGE_VAL), shape_.x_upper.assign(n, HUGE_VAL);
-    shape_.g_lower.assign(p.b.begin(), p.b.end()), shape_.g_upper = shape_.g_lower;
-    shape_.g_lower.insert(shape_.g_lower.end(), of_G, -HUGE_VAL);
-    shape_.g_upper.insert(shape_.g_upper.end(), p.h.begin(), p.h.end());
-    rows_.resize(p.A.rows() + p.G.rows(), p.q.size());
-    rows_ << p.A, p.G;
-    std::vector<std::vector<std::uint32_t>> all(of_A + of_G), lower(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      for (auto& row : all) row.push_back(std::uint32_t(i));
-      for (std::size_t j = 0; j <= i; ++j) lower[i].push_back(std::uint32_t(j));
-    }
-    shape_.jacobian = pattern_from_rows(all, n), shape_.hessian = pattern_from_rows(lower, n);
-  }
-
-  const NlpShape& shape() const override { return shape_; }
-  bool objective(const double* x, double& value) override {
-    const auto at = vector(x);
-    const VectorXd slope = p_.Q * at / 2 + p_.q;
-    value = at.dot(slope);
-    return std::isfinite(value);
-  }
-  bool gradient(const double* x, double* gradient) override {
-    const VectorXd slope = p_.Q * vector(x);
-    VectorXd::Map(gradient, p_.q.size()) = slope + p_.q;
-    return true;
-  }
-  bool constraints(const double* x, double* g) override {
-    VectorXd::Map(g, rows_.rows()) = rows_ * vector(x);
-    return true;
-  }
-  bool jacobian(const double*, double* nonzeros) override {
-    for (Eigen::Index j = 0; j < rows_.rows(); ++j)
-      for (Eigen::Index i = 0; i < rows_.cols(); ++i) *nonzeros++ = rows_(j, i);
-    return true;
-  }
-  bool hessian(const double*, double sigma, const double*, double* nonzeros) override {
-    for (Eigen::Index i = 0; i < rows_.cols(); ++i)
-      for (Eigen::Index j = 0; j <= i; ++j) *nonzeros++ = sigma * p_.Q(i, j);
-    return true;
-  }
-
-  // y = roots x, in which Q has a diagonal of ones.  How large it is: at first as far as the cost draws it and the
-  // constraints let it or push it; later as it was found.
-  NlpScaling scaling(const std::vector<double>& at, const NlpScaling& before) override {
-    const double drawn = p_.q.cwiseQuotient(roots_).cwiseAbs().maxCoeff();
-    const VectorXd norms = (rows_ * roots_.cwiseInverse().asDiagonal()).rowwise().norm();
-    double size = before.x.empty() ? first_size(drawn, norms)
-                                   : vector(at.data()).cwiseProduct(roots_).cwiseAbs().maxCoeff();
-    if (!(size > 0)) size = before.x.empty() ? 1 : before.x[0] * roots_[0];
-    NlpScaling m;
-    m.objective = size * std::max(is_curved_ ? size : 0, drawn);
-    if (!(m.objective > 0)) m.objective = 1;
-    for (double root : roots_) m.x.push_back(size / root);
-    for (double norm : norms) m.g.push_back(norm > 0 ? norm * size : 1);
-    return m;
-  }
-  std::string constraint_name(std::size_t j) const override {
-    const auto of_A = std::size_t(p_.b.size());
-    return j < of_A ? "A x = b, row " + std::to_string(j) : "G x <= h, row " + std::to_string(j - of_A);
-  }
-
- private:
-  Eigen::Map<const VectorXd> vector(const double* x) const { return {x, p_.q.size()}; }
-  double first_size(double drawn, const VectorXd& norms) const {
-    double forced = 0, room = 0;
-    for (Eigen::Index j = 0; j < norms.size(); ++j) {
-      if (!(norms[j] > 0)) continue;
-      const bool is_equal = j < p_.b.size();
-      const double bound = is_equal ? p_.b[j] : p_.h[j - p_.b.size()];
-      if (is_equal || bound < 0) forced = std::max(forced, std::abs(bound) / norms[j]);
-      if (!is_equal && std::isfinite(bound)) room = std::max(room, bound / norms[j]);
-    }
-    const bool is_held = room > 0 && (drawn <= 0 || !is_curved_ || room < drawn);
-    return std::max(is_held ? room : is_curved_ ? drawn : 0, forced);
-  }
-
-  const QuadraticProgram& p_;
-  VectorXd roots_;
-  bool is_curved_;
-  MatrixXd rows_;
-  NlpShape shape_;
-};
-
 MatrixXd or_zero(const char* name, const MatrixXd& change, const MatrixXd& like) {
   if (change.size() == 0) return MatrixXd::Zero(like.rows(), like.cols());
   check_shape(name, change, like.rows(), like.cols());
   return change;
 }
 
-// Orthonormal columns, whose span is what M maps to zero.
-MatrixXd kernel_of(const MatrixXd& M) {
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(M.transpose());
-  qr.setThreshold(kMostAsymmetry);
-  const MatrixXd all = qr.householderQ();
-  return all.rightCols(all.cols() - qr.rank());
+// Divides each row by its length, or by one, and returns the divisors.
+VectorXd normalise_rows(MatrixXd& M) {
+  VectorXd lengths = M.rowwise().norm();
+  for (Index j = 0; j < M.rows(); ++j) {
+    if (!(lengths[j] > 0)) lengths[j] = 1;
+    M.row(j) /= lengths[j];
+  }
+  return lengths;
 }
 
-// Of the cone C w <= 0 the point w = -c - C^T u that is nearest to -c, zero where c draws nothing along it: u >= 0 makes it least,
-// which rows of C count being found one after another.
-// C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, 1974, chapter 23.
-VectorXd nearest_in_cone(const VectorXd& c, const MatrixXd& C) {
-  std::vector<Eigen::Index> rows;
-  VectorXd u = VectorXd::Zero(C.rows()), w = -c;
-  for (Eigen::Index step = 0; step < 10 * C.rows(); ++step) {
-    VectorXd beyond = C * w;
-    for (Eigen::Index j : rows) beyond[j] = 0;
-    Eigen::Index most = 0;
-    if (!(beyond.maxCoeff(&most) > 1e-13 * c.norm())) break;
-    rows.push_back(most);
-    while (!rows.empty()) {
-      const VectorXd next = C(rows, Eigen::all).transpose().colPivHouseholderQr().solve(-c);
-      double share = 1;  // of the way there that all stay above zero
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        if (next[Eigen::Index(k)] <= 0)
-          share = std::min(share, u[rows[k]] / (u[rows[k]] - next[Eigen::Index(k)]));
-      }
-      for (std::size_t k = 0; k < rows.size(); ++k)
-        u[rows[k]] += share * (next[Eigen::Index(k)] - u[rows[k]]);
-      if (next.minCoeff() > 0) break;
-      std::erase_if(rows, [&](Eigen::Index j) {
-        const bool leaves = u[j] <= 1e-14 * u.maxCoeff();
-        if (leaves) u[j] = 0;
-        return leaves;
-      });
-    }
-    w = -c - C.transpose() * u;
+// Sums of terms of these sizes: sums that are rounding become zero.
+VectorXd without_rounding(VectorXd sums, const VectorXd& sizes) {
+  for (Index i = 0; i < sums.size(); ++i) {
+    if (std::abs(sums[i]) <= 1e-14 * sizes[i]) sums[i] = 0;
   }
-  return w;
+  return sums;
 }
 
 }  // namespace
 
-QuadraticLayer::QuadraticLayer(const QuadraticProgram& program, double tolerance)
-    : program_(checked(program)) {
-  QuadraticNlp nlp(program_);
-  const NlpSolution s =
-      solve_with_riccati(nlp, std::vector<double>(nlp.shape().n(), 0.0), {.tolerance = tolerance});
-  solve_status_ = s.status;
-  slopes_.emplace(nlp, s);
-  const auto vector = [](const std::vector<double>& v) {
-    return VectorXd::Map(v.data(), Eigen::Index(v.size()));
+const char* to_string(QpStatus status) {
+  switch (status) {
+    case QpStatus::kSolved:
+      return "solved";
+    case QpStatus::kInfeasible:
+      return "infeasible";
+    case QpStatus::kUnbounded:
+      return "unbounded";
+    case QpStatus::kUnknown:
+      return "unknown";
+  }
+  return "";
+}
+
+QuadraticLayer::QuadraticLayer(const QuadraticProgram& program) : program_(checked(program)) {
+  roots_ = roots_of(program_.Q);
+  const VectorXd inverse = roots_.cwiseInverse();
+  scaled_ = program_;
+  scaled_.Q = inverse.asDiagonal() * program_.Q * inverse.asDiagonal();
+  scaled_.q = program_.q.cwiseProduct(inverse);
+  scaled_.A = program_.A * inverse.asDiagonal(), scaled_.G = program_.G * inverse.asDiagonal();
+  for (Index j = 0; j < program_.h.size(); ++j) {  // rows that every x fulfils, by far
+    if (program_.h[j] == HUGE_VAL) scaled_.G.row(j).setZero(), scaled_.h[j] = 1;
+  }
+  of_A_ = normalise_rows(scaled_.A), of_G_ = normalise_rows(scaled_.G);
+  scaled_.b = scaled_.b.cwiseQuotient(of_A_), scaled_.h = scaled_.h.cwiseQuotient(of_G_);
+  QuadraticFindings found = quadratic_findings(scaled_);
+  outcome_ = found.outcome, status_ = found.status, why_ = std::move(found.why),
+  weak_ = std::move(found.weak);
+  equal_ = std::move(found.equal), strong_ = std::move(found.strong), open_ = std::move(found.open);
+  solution_ = none();
+  if (outcome_ == QpStatus::kSolved) solution_ = unscaled(found.solution);
+  if (outcome_ == QpStatus::kUnbounded) solution_.x = unscaled(found.solution).x;
+  certificate_ = unscaled(found.certificate);
+  if (!has_derivatives()) return;
+  Rows all = strong_;
+  all.insert(all.end(), open_.begin(), open_.end());
+  all_held_ = conditions(all);
+  held_ = found.needs_open ? all_held_ : conditions(strong_);
+}
+
+QuadraticSolution QuadraticLayer::none() const {
+  const auto nan = [](const VectorXd& like) { return VectorXd::Constant(like.size(), NAN).eval(); };
+  return {nan(program_.q), nan(program_.b), nan(program_.h)};
+}
+
+QuadraticSolution QuadraticLayer::unscaled(const QuadraticSolution& s) const {
+  QuadraticSolution own = s;
+  if (s.x.size()) own.x = s.x.cwiseQuotient(roots_);
+  if (s.nu.size()) own.nu = s.nu.cwiseQuotient(of_A_);
+  if (s.lambda.size()) own.lambda = s.lambda.cwiseQuotient(of_G_);
+  return own;
+}
+
+QuadraticLayer::Conditions QuadraticLayer::conditions(const Rows& kept) const {
+  const Index n = program_.q.size(), of_A = Index(equal_.size()), of_G = Index(kept.size());
+  Conditions c{equal_, kept, MatrixXd::Zero(n + of_A + of_G, n + of_A + of_G), {}};
+  c.K.topLeftCorner(n, n) = scaled_.Q;
+  c.K.block(n, 0, of_A, n) = scaled_.A(equal_, Eigen::all);
+  c.K.block(n + of_A, 0, of_G, n) = scaled_.G(kept, Eigen::all);
+  c.K.topRightCorner(n, of_A + of_G) = c.K.bottomLeftCorner(of_A + of_G, n).transpose();
+  c.factors.compute(c.K);
+  return c;
+}
+
+// In the units of the solve.
+QuadraticSolution QuadraticLayer::solve(const Conditions& c, const QuadraticSolution& right) const {
+  const Index n = program_.q.size(), of_A = Index(c.equal.size());
+  const VectorXd sides = stacked(right.x, stacked(right.nu(c.equal), right.lambda(c.kept)));
+  VectorXd s = c.factors.solve(sides);
+  s += c.factors.solve(sides - c.K * s);
+  QuadraticSolution step{s.head(n), VectorXd::Zero(right.nu.size()), VectorXd::Zero(right.lambda.size())};
+  step.nu(c.equal) = s.segment(n, of_A);
+  step.lambda(c.kept) = s.tail(s.size() - n - of_A);
+  return step;
+}
+
+// To first order the weak rows stay constraints: a quadratic program of its own.
+QuadraticSolution QuadraticLayer::one_sided(const QuadraticSolution& right) const {
+  const QuadraticProgram p{.Q = scaled_.Q,
+                           .q = -right.x,
+                           .A = stacked(scaled_.A(equal_, Eigen::all), scaled_.G(strong_, Eigen::all)),
+                           .b = stacked(right.nu(equal_), right.lambda(strong_)),
+                           .G = scaled_.G(open_, Eigen::all),
+                           .h = right.lambda(open_)};
+  const QuadraticLayer layer(p);
+  if (!layer.has_derivatives()) return none();
+  const QuadraticSolution& s = layer.solution();
+  QuadraticSolution step{s.x, VectorXd::Zero(right.nu.size()), VectorXd::Zero(right.lambda.size())};
+  step.nu(equal_) = s.nu.head(Index(equal_.size())), step.lambda(strong_) = s.nu.tail(Index(strong_.size()));
+  step.lambda(open_) = s.lambda;
+  return step;
+}
+
+// Along `step`, in the units of the solve, `right` being what changes.
+void QuadraticLayer::measure(const QuadraticSolution& right, QuadraticSolution& step) const {
+  step.from = open_.empty() ? -HUGE_VAL : 0, step.to = HUGE_VAL;
+  const auto limit = [&](double left, double rate) {
+    if (rate < 0) step.to = std::min(step.to, left / -rate);
+    if (rate > 0) step.from = std::max(step.from, -left / rate);
   };
-  solution_ = split({.x = vector(s.x), .lambda = vector(s.lambda), .bound_multiplier = {}});
-  if (solve_status_ != SolveStatus::kSolved && status() > SensitivityStatus::kDependentRows) certify();
-  if (status() > SensitivityStatus::kDependentRows) return;
-  const SolutionStep& c = slopes_->correction();
-  solution_ = split({.x = vector(s.x) + c.x, .lambda = vector(s.lambda) + c.lambda, .bound_multiplier = {}});
-  solution_.lambda = solution_.lambda.cwiseMax(0);
-}
-
-// In variables in which Q has a diagonal of ones, of rows of length one, without those that any x fulfils.
-void QuadraticLayer::certify() {
-  constexpr double kMargin = 1e-6, kMostOff = 1e-8;  // of the length of what proves
-  const QuadraticProgram& p = program_;
-  const VectorXd inverse = roots_of(p.Q).cwiseInverse();
-  const Eigen::Index of_A = p.b.size(), m = of_A + p.h.size();
-  MatrixXd rows(m, p.q.size());
-  VectorXd sides(m), lengths(m);
-  rows << p.A * inverse.asDiagonal(), p.G * inverse.asDiagonal();
-  sides << p.b, p.h;
-  for (Eigen::Index j = 0; j < m; ++j) {
-    if (sides[j] == HUGE_VAL) rows.row(j).setZero(), sides[j] = 0;
-    const double length = rows.row(j).norm();
-    lengths[j] = length > 0 ? length : 1;
-    rows.row(j) /= lengths[j], sides[j] /= lengths[j];
+  std::vector<bool> is_held(std::size_t(program_.h.size()), false);
+  for (Index j : held_.kept) is_held[std::size_t(j)] = true;
+  for (std::size_t j : weak_) is_held[j] = true;
+  for (Index j : strong_) limit(std::max(0.0, solution_.lambda[j] * of_G_[j]), step.lambda[j]);
+  const VectorXd x = solution_.x.cwiseProduct(roots_);
+  for (Index j = 0; j < program_.h.size(); ++j) {
+    if (is_held[std::size_t(j)] || program_.h[j] == HUGE_VAL) continue;
+    limit(std::max(0.0, scaled_.h[j] - scaled_.G.row(j).dot(x)),
+          right.lambda[j] - scaled_.G.row(j).dot(step.x));
   }
-  outcome_ = QpStatus::kUnknown;
-  const auto most = [](const VectorXd& v) { return v.size() ? v.cwiseAbs().maxCoeff() : 0.0; };
-
-  const MatrixXd balanced = kernel_of(rows.transpose());
-  if (balanced.cols() > 0 && most(sides) > 0) {
-    const VectorXd scaled = sides / most(sides);
-    VectorXd y = balanced * nearest_in_cone(balanced.transpose() * scaled, -balanced.bottomRows(m - of_A));
-    y.tail(m - of_A) = y.tail(m - of_A).cwiseMax(0);
-    if (scaled.dot(y) < -kMargin * y.norm() && (rows.transpose() * y).norm() <= kMostOff * y.norm()) {
-      const VectorXd bound_multipliers = (y / -sides.dot(y)).cwiseQuotient(lengths);
-      certificate_.nu = bound_multipliers.head(of_A), certificate_.lambda = bound_multipliers.tail(m - of_A);
-      outcome_ = QpStatus::kInfeasible;
-      why_ = "no x fulfils the constraints: weighed with certificate() they add up to 0 <= -1";
-      return;
-    }
-  }
-
-  MatrixXd flat(p.q.size() + of_A, p.q.size());
-  flat << inverse.asDiagonal() * p.Q * inverse.asDiagonal(), rows.topRows(of_A);
-  const MatrixXd directions = kernel_of(flat);
-  VectorXd slope = inverse.cwiseProduct(p.q);
-  if (directions.cols() == 0 || slope.isZero(0)) return;
-  slope /= most(slope);
-  const MatrixXd G = rows.bottomRows(m - of_A);
-  const VectorXd d = directions * nearest_in_cone(directions.transpose() * slope, G * directions);
-  const VectorXd beyond = VectorXd(G * d).cwiseMax(0);
-  if (!(slope.dot(d) < -kMargin * d.norm()) || beyond.norm() > kMostOff * d.norm()) return;
-  certificate_.x = inverse.cwiseProduct(d);
-  certificate_.x /= -p.q.dot(certificate_.x);
-  outcome_ = QpStatus::kUnbounded;
-  why_ = "the cost falls without end along certificate().x";
 }
 
-QuadraticSolution QuadraticLayer::split(const SolutionStep& step) const {
-  return {step.x, step.lambda.head(program_.b.size()), step.lambda.tail(program_.h.size()), step.from,
-          step.to};
-}
-
-std::vector<std::size_t> QuadraticLayer::weak() const {
-  std::vector<std::size_t> rows = slopes_->weak_rows();
-  for (std::size_t& row : rows) row -= std::size_t(program_.b.size());
-  return rows;
-}
-
-QuadraticSolution QuadraticLayer::forward(const QuadraticProgram& change) {
+QuadraticSolution QuadraticLayer::forward(const QuadraticProgram& change) const {
   const QuadraticProgram& p = program_;
   const QuadraticSolution& s = solution_;
   const MatrixXd Q = or_zero("a change of Q", change.Q, p.Q), A = or_zero("a change of A", change.A, p.A),
                  G = or_zero("a change of G", change.G, p.G);
   const VectorXd q = or_zero("a change of q", change.q, p.q), b = or_zero("a change of b", change.b, p.b),
                  h = or_zero("a change of h", change.h, p.h);
-  VectorXd rows(p.b.size() + p.h.size());
-  rows << b - A * s.x, h - G * s.x;
-  const VectorXd curved = (Q + Q.transpose()) / 2 * s.x, equal = A.transpose() * s.nu,
-                 kept = G.transpose() * s.lambda;
-  const VectorXd derivatives = -(curved + q + equal + kept);
-  return split(slopes_->solve(derivatives, rows));
+  if (!has_derivatives()) return none();
+  const VectorXd rest = (Q + Q.transpose()) / 2 * s.x + q + A.transpose() * s.nu + G.transpose() * s.lambda;
+  const double of_x = s.x.norm(), of_nu = s.nu.norm(), of_lambda = s.lambda.norm();
+  const VectorXd sizes = Q.rowwise().norm() * of_x + q.cwiseAbs() + A.colwise().norm().transpose() * of_nu +
+                         G.colwise().norm().transpose() * of_lambda;
+  const QuadraticSolution right{
+      -without_rounding(rest, sizes).cwiseQuotient(roots_),
+      without_rounding(b - A * s.x, b.cwiseAbs() + A.rowwise().norm() * of_x).cwiseQuotient(of_A_),
+      without_rounding(h - G * s.x, h.cwiseAbs() + G.rowwise().norm() * of_x).cwiseQuotient(of_G_)};
+  QuadraticSolution step =
+      status_ == SensitivityStatus::kWeaklyActive ? one_sided(right) : solve(held_, right);
+  measure(right, step);
+  return unscaled(step);
 }
 
-QuadraticProgram QuadraticLayer::backward(const VectorXd& slope) {
-  check_shape("the slope", slope, program_.q.size(), 1);
+QuadraticProgram QuadraticLayer::backward(const VectorXd& slope, WeakRows weak) const {
+  const QuadraticProgram& p = program_;
+  check_shape("the slope", slope, p.q.size(), 1);
   const QuadraticSolution& s = solution_;
-  const QuadraticSolution k =
-      split(slopes_->solve(slope, VectorXd::Zero(program_.b.size() + program_.h.size())));
+  QuadraticSolution k = none();
+  if (has_derivatives()) {
+    k = unscaled(
+        solve(weak == WeakRows::kHeld ? all_held_ : held_,
+              {slope.cwiseQuotient(roots_), VectorXd::Zero(p.b.size()), VectorXd::Zero(p.h.size())}));
+  }
   const MatrixXd square = k.x * s.x.transpose();
   return {.Q = -(square + square.transpose()) / 2,
           .q = -k.x,

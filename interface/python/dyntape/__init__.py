@@ -55,6 +55,7 @@ from ._dyntape import (
     symmetric_solve,
 )
 from ._pictures import Pictures
+from ._quadratic import QuadraticGradients, QuadraticLayer, QuadraticPoint
 
 __all__ = [
     "AD",
@@ -76,6 +77,9 @@ __all__ = [
     "NumericalError",
     "Pictures",
     "Problem",
+    "QuadraticGradients",
+    "QuadraticLayer",
+    "QuadraticPoint",
     "RecordedArray",
     "RecordingError",
     "Robot",

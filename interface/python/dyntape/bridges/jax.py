@@ -19,7 +19,7 @@ import numpy as np
 
 from jax.typing import ArrayLike
 
-from .. import ArgumentError, Function, Robot, Scene
+from .. import ArgumentError, Function, QuadraticLayer, Robot, Scene
 from ._exact import THIRD_ORDER, Exact
 
 
@@ -95,6 +95,60 @@ def rollout(scene: Scene) -> Callable[[ArrayLike, ArrayLike], jax.Array]:
         return roll(jnp.broadcast_to(x0, (*batch, *x0.shape[-1:])), jnp.broadcast_to(u, (*batch, *u.shape[-2:])))
 
     return call
+
+
+def quadratic(
+    Q: ArrayLike,
+    q: ArrayLike,
+    A: ArrayLike | None = None,
+    b: ArrayLike | None = None,
+    G: ArrayLike | None = None,
+    h: ArrayLike | None = None,
+) -> jax.Array:
+    """The solution x (..., n) of dyntape.QuadraticLayer as a function of JAX arrays, under jit, vmap, grad and vjp.
+
+    Where there is no solution x is NaN, and so are derivatives where the minimum is not strict; weakly active rows count as open.
+    jvp and second derivatives are JAX's errors.
+
+    >>> jax.grad(lambda q: dj.quadratic(jnp.eye(1), q, G=jnp.ones((1, 1)), h=jnp.ones(1)).sum())(jnp.array([-0.5])).tolist()
+    [-1.0]
+    """
+    if (A is None) != (b is None) or (G is None) != (h is None):
+        raise ArgumentError("quadratic program: expected A with b and G with h, got one without the other")
+    (cost,) = _doubles("quadratic", (q,))
+    n = cost.shape[-1] if cost.ndim else 0
+    none = jnp.zeros((0, n)), jnp.zeros(0)
+    arrays = _doubles("quadratic", (Q, cost, *(none if A is None else (A, b)), *(none if G is None else (G, h))))
+    batch = jnp.broadcast_shapes(*(array.shape[: max(0, array.ndim - axes)] for array, axes in zip(arrays, _QUADRATIC_AXES)))
+    whole = (jnp.broadcast_to(array, (*batch, *array.shape[array.ndim - axes :])) for array, axes in zip(arrays, _QUADRATIC_AXES))
+    x: jax.Array = _minimum(*whole)
+    return x
+
+
+_QUADRATIC_AXES = 2, 1, 2, 1, 2, 1
+
+
+def _solved(*parts: Any) -> Any:
+    layer = QuadraticLayer(*map(np.asarray, parts))
+    return np.where(np.asarray(layer.outcome)[..., None] == "solved", layer.x, np.nan)
+
+
+@jax.custom_vjp
+def _minimum(*parts: jax.Array) -> jax.Array:
+    return _callback(_solved, parts[1].shape, *parts)
+
+
+def _minimum_forward(*parts: jax.Array) -> tuple[jax.Array, tuple[jax.Array, ...]]:
+    return _minimum(*parts), parts
+
+
+def _minimum_back(parts: tuple[jax.Array, ...], weights: jax.Array) -> Any:
+    shapes = tuple(_spec(part.shape) for part in parts)
+    gradient = lambda weights, *parts: tuple(QuadraticLayer(*map(np.asarray, parts)).backward(np.asarray(weights)))
+    return jax.pure_callback(gradient, shapes, weights, *parts, vmap_method="broadcast_all")
+
+
+_minimum.defvjp(_minimum_forward, _minimum_back)
 
 
 def _chain(exact: Exact, order: int) -> Callable[[jax.Array], jax.Array]:

@@ -16,7 +16,7 @@ from typing import Any, Callable
 import numpy as np
 import torch
 
-from .. import ArgumentError, Function, Robot
+from .. import ArgumentError, Function, QuadraticLayer, Robot
 from ._exact import THIRD_ORDER, Exact
 
 
@@ -50,6 +50,52 @@ def function(what: Robot | Function, name: str | None = None, **options: Any) ->
 
     call.__name__ = exact.name
     return call
+
+
+def quadratic(
+    Q: torch.Tensor,
+    q: torch.Tensor,
+    A: torch.Tensor | None = None,
+    b: torch.Tensor | None = None,
+    G: torch.Tensor | None = None,
+    h: torch.Tensor | None = None,
+) -> torch.Tensor:
+    """The solution x (..., n) of dyntape.QuadraticLayer as a function of tensors.
+
+    Where there is no solution x is NaN, and so are derivatives where the minimum is not strict; weakly active rows count as open.
+    Derivatives are of first order.
+
+    >>> q = torch.tensor([-0.5], dtype=torch.float64, requires_grad=True)
+    >>> one = torch.ones(1, dtype=torch.float64)
+    >>> dt.quadratic(torch.eye(1, dtype=torch.float64), q, G=one[None], h=one).sum().backward()
+    >>> q.grad.tolist()
+    [-1.0]
+    """
+    for part in (Q, q, A, b, G, h):
+        if part is not None and part.dtype != torch.float64:
+            raise ArgumentError(f"quadratic: dyntape computes in 64 bits; expected tensors of float64, got {part.dtype}")
+    x: torch.Tensor = _Minimum.apply(Q, q, A, b, G, h)
+    return x
+
+
+class _Minimum(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, *parts: torch.Tensor | None) -> torch.Tensor:
+        ctx.layer = QuadraticLayer(*(None if part is None else part.detach().cpu().numpy() for part in parts))
+        ctx.likes = [None if part is None else (part.shape, part.device) for part in parts]
+        solved = np.asarray(ctx.layer.outcome)[..., None] == "solved"
+        q = parts[1]
+        assert q is not None
+        return torch.from_numpy(np.where(solved, ctx.layer.x, np.nan)).to(q.device)
+
+    @staticmethod
+    @torch.autograd.function.once_differentiable  # type: ignore[untyped-decorator, unused-ignore]
+    def backward(ctx: Any, slope: torch.Tensor) -> Any:
+        gradients = ctx.layer.backward(slope.cpu().numpy())
+        return tuple(
+            None if like is None else torch.from_numpy(part).sum_to_size(like[0]).to(like[1])
+            for like, part in zip(ctx.likes, gradients)
+        )
 
 
 class _Level(torch.autograd.Function):

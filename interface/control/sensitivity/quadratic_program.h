@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A quadratic program as data, its solution, and how a solve ended (quadratic_layer.h).
+//
+//   minimise  1/2 x.Q x + q.x   subject to  A x = b,  G x <= h
+#pragma once
+
+#include <Eigen/Core>
+
+namespace dyntape {
+
+struct QuadraticProgram {
+  Eigen::MatrixXd Q = {};  // (n x n) symmetric
+  Eigen::VectorXd q = {};  // (n)
+  Eigen::MatrixXd A = {};  // (equalities x n)
+  Eigen::VectorXd b = {};
+  Eigen::MatrixXd G = {};  // (inequalities x n)
+  Eigen::VectorXd h = {};
+};
+
+struct QuadraticSolution {
+  // (n), multipliers of the equalities and of the inequalities: Q x + q + A^T nu + G^T lambda = 0.
+  Eigen::VectorXd x, nu, lambda;
+  // Of forward(): how many of such changes leave the active constraints what they are, to first order.
+  double from = 0, to = 0;
+};
+
+enum class QpStatus { kSolved, kInfeasible, kUnbounded, kUnknown };
+const char* to_string(QpStatus status);
+
+}  // namespace dyntape
