@@ -14,6 +14,7 @@
 #include "../source_folder.h"
 
 namespace dyntape {
+namespace doors_test {
 namespace {
 
 std::vector<std::string> doors() {
@@ -59,4 +60,5 @@ INSTANTIATE_TEST_SUITE_P(Tasks, Doors, testing::ValuesIn(doors()),
 TEST(Doors, AreTwelve) { EXPECT_EQ(doors().size(), 12u); }
 
 }  // namespace
+}  // namespace doors_test
 }  // namespace dyntape
