@@ -54,6 +54,8 @@ class sparse_rc {
   const SizeVector& col() const { return col_; }
   SizeVector row_major() const { return order(row_, col_); }
   SizeVector col_major() const { return order(col_, row_); }
+  SizeVector get_row_major() const { return row_major(); }
+  SizeVector get_col_major() const { return col_major(); }
   // Sorts the entries.
   void set_row_major() { permute(row_major()); }
   void set_col_major() { permute(col_major()); }
@@ -125,6 +127,8 @@ class sparse_rcv {
   const sparse_rc<SizeVector>& pat() const { return pattern_; }
   SizeVector row_major() const { return pattern_.row_major(); }
   SizeVector col_major() const { return pattern_.col_major(); }
+  SizeVector get_row_major() const { return row_major(); }
+  SizeVector get_col_major() const { return col_major(); }
   void swap(sparse_rcv& other) { std::swap(*this, other); }
 
  private:
