@@ -153,14 +153,39 @@ TEST(CppadEigen, ColumnsAreSimpleVectors) {
 TEST(CppadEigen, SparseMatrices) {
   CppAD::sparse_rc<Sizes> pattern(2, 3, 3);
   pattern.set(0, 1, 2), pattern.set(1, 0, 0), pattern.set(2, 1, 0);
-  EXPECT_EQ(pattern.get_row_major(), (Sizes{1, 2, 0}));
-  EXPECT_EQ(pattern.get_col_major(), (Sizes{1, 2, 0}));
   CppAD::sparse_rcv<Sizes, std::vector<double>> source(pattern);
   for (std::size_t k = 0; k < 3; ++k) source.set(k, double(k));
   Eigen::SparseMatrix<double> matrix;
   CppAD::sparse2eigen(source, matrix);
   EXPECT_EQ(matrix.nonZeros(), 3);
   EXPECT_EQ(matrix.toDense(), (Eigen::MatrixXd(2, 3) << 1, 0, 0, 2, 0, 0).finished());
+}
+
+// The order is kept beside the entries, which stay where they are, until an entry changes.
+TEST(CppadSparse, OrdersAreKept) {
+  CppAD::sparse_rc<Sizes> pattern(2, 3, 3);
+  pattern.set(0, 1, 2), pattern.set(1, 0, 0), pattern.set(2, 1, 0);
+  const Sizes &rows = pattern.get_row_major(), &columns = pattern.get_col_major();
+  EXPECT_TRUE(rows.empty() && columns.empty());
+  pattern.set_row_major(), pattern.set_col_major();
+  EXPECT_EQ(rows, (Sizes{1, 2, 0}));
+  EXPECT_EQ(columns, (Sizes{1, 2, 0}));
+  EXPECT_EQ(pattern.row(), (Sizes{1, 0, 1}));
+  EXPECT_EQ(pattern.col(), (Sizes{2, 0, 0}));
+  pattern.set(0, 0, 2);
+  EXPECT_TRUE(rows.empty() && columns.empty());
+}
+
+TEST(CppadCheckpoint, OfFloats) {
+  std::vector<AD<float>> x{2.0f}, y(1);
+  Independent(x);
+  y[0] = x[0] * x[0];
+  ADFun<float> f(x, y);
+  CppAD::chkpoint_two<float> square(f, "square");
+  Independent(x);
+  square(x, y);
+  ADFun<float> g(x, y);
+  EXPECT_EQ(g.Jacobian(std::vector<float>{3})[0], 6);
 }
 
 TEST(CppadGraph, OfAFunctionOnRecordedNumbers) {
