@@ -151,7 +151,8 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Size size_dyn_par() const { return sizes().dynamics; }
   Size size_dyn_arg() const { return sizes().dynamic_arguments; }
   Size size_text() const { return sizes().text; }
-  Size size_VecAD() const { return 0; }  // arrays with recorded indices are conditions on elements
+  bool use_VecAD() const { return false; }  // arrays with recorded indices are conditions on elements
+  Size size_VecAD() const { return 0; }     // arrays with recorded indices are conditions on elements
   Size size_op_seq() const { return sizes().operations * 16 + sizes().constants * sizeof(Base); }
   Size number_skip() const { return 0; }
   bool exceed_collision_limit() const { return false; }
@@ -243,9 +244,22 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
     return ADFun<AD<Base>, RecBase>(core().on_recorded());
   }
 
+  // f(x) = y(x, a(x)) with a(x) the absolute values in f: g(x, u) is (y(x, u), z(x, u)), and a(x) = |z(x, a(x))|.
+  void abs_normal_fun(ADFun& g, ADFun& a) const {
+    const auto parts = detail::abs_normal_of(core().recording());
+    g = ADFun(std::make_shared<detail::Fun<Base>>(parts.g));
+    a = ADFun(std::make_shared<detail::Fun<Base>>(parts.a));
+  }
+  // C of a function int cppad_jit_NAME(size_t nu, const double* u, size_t ny, double* y, size_t* compare_change): u has the dynamic parameters
+  // and then the variables; what is added to *compare_change is the number of comparisons that come out otherwise.  Type: double or float.
+  // to_library() (library.h) compiles, caches and derives as well.
+  void to_csrc(std::ostream& out, const std::string& type) const requires(std::is_floating_point_v<Base>) {
+    detail::write_csrc(out, *core().recording().function, Range(), name_, type);
+  }
+
   // --- CppAD's formats (graph/cpp_graph.h): of ADFun<double>, read by ADFun<AD<double>> too ---
   void to_graph(cpp_graph& graph) const {
-    detail::write_graph(core().recording(), graph);
+    detail::write_graph(*detail::recording_of_numbers(core().recording(), "to_graph"), graph);
     graph.function_name_set(name_);
   }
   // dyn2var, var2dyn: which parameters become variables, and which variables parameters; empty: none.

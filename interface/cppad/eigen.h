@@ -30,6 +30,8 @@ template <typename T>
 struct NumTraits;
 template <typename A, typename B, typename BinaryOp>
 struct ScalarBinaryOpTraits;
+template <typename Scalar, int rows, int cols, int options, int max_rows, int max_cols>
+class Matrix;
 
 template <class Base>
 struct NumTraits<CppAD::AD<Base>> : NumTraits<typename CppAD::detail::LikeDouble<Base>::type> {
@@ -71,6 +73,38 @@ struct ScalarBinaryOpTraits<double, CppAD::AD<Base>, BinaryOp> {
 }  // namespace Eigen
 
 namespace CppAD::inline dyntape_names {
+
+// A column of Eigen's whose sizes and indices have no sign, as CppAD asks it of vectors.  Needs <Eigen/Core>.
+template <class Scalar>
+class eigen_vector : public Eigen::Matrix<Scalar, -1, 1, 0, -1, 1> {
+  using Column = Eigen::Matrix<Scalar, -1, 1, 0, -1, 1>;
+
+ public:
+  eigen_vector() = default;
+  explicit eigen_vector(std::size_t n) : Column(std::ptrdiff_t(n)) {}
+  Scalar& operator[](std::size_t i) { return Column::operator[](std::ptrdiff_t(i)); }
+  const Scalar& operator[](std::size_t i) const { return Column::operator[](std::ptrdiff_t(i)); }
+  std::size_t size() const { return std::size_t(Column::size()); }
+  void resize(std::size_t n) { Column::resize(std::ptrdiff_t(n)); }
+};
+
+// A sparse_rcv as an Eigen::SparseMatrix; entries that are zero stay.
+template <class Sparse, class Matrix>
+void sparse2eigen(const Sparse& source, Matrix& destination) {
+  using Value = std::remove_cvref_t<decltype(source.val()[0])>;
+  struct Entry {
+    std::ptrdiff_t i, j;
+    Value v;
+    std::ptrdiff_t row() const { return i; }
+    std::ptrdiff_t col() const { return j; }
+    const Value& value() const { return v; }
+  };
+  vector<Entry> entries(source.nnz());
+  for (std::size_t k = 0; k < source.nnz(); ++k)
+    entries[k] = {std::ptrdiff_t(source.row()[k]), std::ptrdiff_t(source.col()[k]), source.val()[k]};
+  destination.resize(std::ptrdiff_t(source.nr()), std::ptrdiff_t(source.nc()));
+  destination.setFromTriplets(entries.data(), entries.data() + entries.size());
+}
 
 template <class Base>
 const AD<Base>& conj(const AD<Base>& x) {

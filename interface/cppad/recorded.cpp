@@ -316,7 +316,28 @@ std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::siz
   return recording;
 }
 
+template <class Base>
+std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Base>& of, const char* who) {
+  if (!of.captured.empty())
+    refuse(std::string(who) + ": the function was recorded with values of another recording");
+  const auto numbers = [](const std::vector<Base>& values) {
+    std::vector<double> result;
+    for (const Base& value : values) result.push_back(number_of(value));
+    return result;
+  };
+  return std::make_shared<const Recording<double>>(Recording<double>{of.function,
+                                                                     of.range,
+                                                                     of.prints,
+                                                                     of.guard_places,
+                                                                     of.kernels,
+                                                                     {},
+                                                                     numbers(of.variables),
+                                                                     numbers(of.dynamics)});
+}
+
 #define DYNTAPE_CPPAD_BASE(Base)                                                                        \
+  template std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Base>&,        \
+                                                                         const char*);                  \
   template struct Tape<Base>;                                                                           \
   template AD<Base> apply(Row, const AD<Base>&);                                                        \
   template AD<Base> apply(Row, const AD<Base>&, const AD<Base>&);                                       \

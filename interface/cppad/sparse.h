@@ -24,13 +24,14 @@ vector<std::size_t> sorted_places(const vector<std::size_t>& first, const vector
 template <class SizeVector>
 class sparse_rc {
  public:
-  sparse_rc() : row_(0), col_(0) {}
-  sparse_rc(std::size_t nr, std::size_t nc, std::size_t nnz) : row_(0), col_(0) { resize(nr, nc, nnz); }
+  sparse_rc() : row_(0), col_(0), row_major_(0), col_major_(0) {}
+  sparse_rc(std::size_t nr, std::size_t nc, std::size_t nnz) : sparse_rc() { resize(nr, nc, nnz); }
 
   void resize(std::size_t nr, std::size_t nc, std::size_t nnz) {
     nr_ = nr, nc_ = nc, nnz_ = nnz;
     row_.resize(nnz);
     col_.resize(nnz);
+    forget_orders();
   }
   void set(std::size_t k, std::size_t r, std::size_t c) {
     if (k >= nnz_ || r >= nr_ || c >= nc_)
@@ -39,6 +40,7 @@ class sparse_rc {
                      std::to_string(nr_) + " x " + std::to_string(nc_));
     row_[k] = r;
     col_[k] = c;
+    forget_orders();
   }
   void push_back(std::size_t r, std::size_t c) {
     SizeVector rows(nnz_ + 1), cols(nnz_ + 1);
@@ -54,9 +56,11 @@ class sparse_rc {
   const SizeVector& col() const { return col_; }
   SizeVector row_major() const { return order(row_, col_); }
   SizeVector col_major() const { return order(col_, row_); }
-  // Sorts the entries.
-  void set_row_major() { permute(row_major()); }
-  void set_col_major() { permute(col_major()); }
+  // Keep the order until an entry changes; entries stay where they are.
+  void set_row_major() { row_major_ = row_major(); }
+  void set_col_major() { col_major_ = col_major(); }
+  const SizeVector& get_row_major() const { return row_major_; }
+  const SizeVector& get_col_major() const { return col_major_; }
   void swap(sparse_rc& other) { std::swap(*this, other); }
 
   friend bool operator==(const sparse_rc& a, const sparse_rc& b) {
@@ -75,10 +79,9 @@ class sparse_rc {
   }
 
  private:
-  void permute(const SizeVector& places) {
-    SizeVector rows(nnz_), cols(nnz_);
-    for (std::size_t k = 0; k < nnz_; ++k) rows[k] = row_[places[k]], cols[k] = col_[places[k]];
-    row_ = rows, col_ = cols;
+  void forget_orders() {
+    if (row_major_.size() > 0) row_major_.resize(0);
+    if (col_major_.size() > 0) col_major_.resize(0);
   }
   // Entries sorted by the first, then by the second.
   SizeVector order(const SizeVector& first, const SizeVector& second) const {
@@ -91,7 +94,7 @@ class sparse_rc {
   }
 
   std::size_t nr_ = 0, nc_ = 0, nnz_ = 0;
-  SizeVector row_, col_;
+  SizeVector row_, col_, row_major_, col_major_;
 };
 
 template <class SizeVector, class ValueVector>
@@ -125,6 +128,10 @@ class sparse_rcv {
   const sparse_rc<SizeVector>& pat() const { return pattern_; }
   SizeVector row_major() const { return pattern_.row_major(); }
   SizeVector col_major() const { return pattern_.col_major(); }
+  void set_row_major() { pattern_.set_row_major(); }
+  void set_col_major() { pattern_.set_col_major(); }
+  const SizeVector& get_row_major() const { return pattern_.get_row_major(); }
+  const SizeVector& get_col_major() const { return pattern_.get_col_major(); }
   void swap(sparse_rcv& other) { std::swap(*this, other); }
 
  private:

@@ -7,6 +7,7 @@
 // An index beyond the end is an ArgumentError, in every build.
 #pragma once
 
+#include <algorithm>
 #include <compare>
 #include <concepts>
 #include <cstddef>
@@ -131,6 +132,17 @@ class vector {
     size_ = 0;
     for (; first != last; ++first) push_back(*first);
   }
+
+  // Element by element, then by size.
+  friend bool operator==(const vector& a, const vector& b) {
+    return std::equal(a.data(), a.data() + a.size_, b.data(), b.data() + b.size_);
+  }
+  friend bool operator<(const vector& a, const vector& b) {
+    return std::lexicographical_compare(a.data(), a.data() + a.size_, b.data(), b.data() + b.size_);
+  }
+  friend bool operator>(const vector& a, const vector& b) { return b < a; }
+  friend bool operator<=(const vector& a, const vector& b) { return !(b < a); }
+  friend bool operator>=(const vector& a, const vector& b) { return !(a < b); }
 
   friend std::ostream& operator<<(std::ostream& out, const vector& v) {
     out << "{ ";

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/cppad/cg/compiler.h>
 
+#include <dlfcn.h>
+
 #include <filesystem>
 #include <iostream>
+#include <sstream>
 
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/system/process.h>
+#include <dyntape/interface/cppad/cg/dll_lib.h>
 
 namespace CppAD::inline dyntape_names::cg {
 
@@ -65,3 +69,63 @@ void CompilerOfC::cleanup() {
 }
 
 }  // namespace CppAD::inline dyntape_names::cg
+
+namespace CppAD::inline dyntape_names {
+
+namespace {
+
+using CommandWords = std::vector<std::string>;
+
+void run_command(const std::map<std::string, std::string>& options, const std::string& step,
+                 const std::string& usual, const CommandWords& more) {
+  const auto given = options.find(step);
+  std::istringstream words(given == options.end() ? usual : given->second);
+  CommandWords arguments;
+  for (std::string word; words >> word;) arguments.push_back(word);
+  if (arguments.empty()) throw dyntape::ArgumentError("create_dll_lib: the command to " + step + " is empty");
+  const std::string program = arguments[0];
+  arguments.erase(arguments.begin());
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  cg::run_compiler(program, arguments);
+}
+
+}  // namespace
+
+std::string detail::make_library(const std::string& library, const CommandWords& sources,
+                                 const std::map<std::string, std::string>& options) {
+  CommandWords objects;
+  std::string wrong;
+  try {
+    for (const std::string& source : sources) {
+      objects.push_back(library + "." + std::to_string(objects.size()) + ".o");
+      run_command(options, "compile", "gcc -c -fPIC -O2", {source, "-o", objects.back()});
+    }
+    CommandWords arguments = {"-o", library};
+    arguments.insert(arguments.end(), objects.begin(), objects.end());
+    arguments.push_back("-lm");
+    run_command(options, "link", "gcc -shared", arguments);
+  } catch (const dyntape::Error& error) {
+    wrong = std::string("create_dll_lib: \"") + library + "\": " + error.what();
+  }
+  std::error_code ignored;
+  for (const std::string& object : objects) std::filesystem::remove(object, ignored);
+  return wrong;
+}
+
+link_dll_lib::link_dll_lib(const std::string& library, std::string& error)
+    : path_(library),
+      handle_(dlopen(library.find('/') == std::string::npos ? ("./" + library).c_str() : library.c_str(),
+                     RTLD_NOW),
+              [](void* handle) {
+                if (handle) dlclose(handle);
+              }) {
+  error = handle_ ? "" : "link_dll_lib: \"" + library + "\" is not loaded: " + dlerror();
+}
+
+void* link_dll_lib::operator()(const std::string& function, std::string& error) const {
+  void* const found = handle_ ? dlsym(handle_.get(), function.c_str()) : nullptr;
+  error = found ? "" : "link_dll_lib: \"" + path_ + "\" has no function \"" + function + "\"";
+  return found;
+}
+
+}  // namespace CppAD::inline dyntape_names

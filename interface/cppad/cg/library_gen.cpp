@@ -40,35 +40,15 @@ std::vector<std::string> flags_for_models(std::vector<std::string> flags) {
   return flags;
 }
 
-std::vector<double> numbers_of(const std::vector<CG<double>>& values) {
-  std::vector<double> numbers;
-  for (const auto& value : values) numbers.push_back(value.value());
-  return numbers;
-}
-
-// The same function over numbers.
-std::shared_ptr<const detail::Recording<double>> recording_of_numbers(
-    const detail::Recording<CG<double>>& of) {
-  auto recording = std::make_shared<detail::Recording<double>>();
-  recording->function = of.function;
-  recording->range = of.range;
-  recording->prints = of.prints;
-  recording->guard_places = of.guard_places;
-  recording->kernels = of.kernels;
-  recording->variables = numbers_of(of.variables);
-  recording->dynamics = numbers_of(of.dynamics);
-  return recording;
-}
-
 std::shared_ptr<const ModelState> state_of(const ModelCSourceGen<double>& model,
                                            const AbstractCCompiler<double>& compiler) {
   CodegenOptions options = options_of(model);
   options.compiler = compiler.getCompilerPath();
   options.flags = flags_for_models(compiler.getCompileFlags());
   if (!model.recording().kernels.empty()) options.route = Route::kInterpreter;
-  return std::make_shared<const ModelState>(model.getName(), model.choice(),
-                                            CompiledFunction::make(function_of(model), options),
-                                            recording_of_numbers(model.recording()));
+  return std::make_shared<const ModelState>(
+      model.getName(), model.choice(), CompiledFunction::make(function_of(model), options),
+      detail::recording_of_numbers(model.recording(), "createDynamicLibrary"));
 }
 
 }  // namespace

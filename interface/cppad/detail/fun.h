@@ -14,6 +14,7 @@
 #include <dyntape/autodiff/graph/pattern.h>
 #include <dyntape/interface/cppad/detail/entries.h>
 #include <dyntape/interface/cppad/detail/recording.h>
+#include <dyntape/interface/cppad/graph/hessian_products.h>
 
 namespace CppAD::inline dyntape_names::detail {
 
@@ -90,8 +91,9 @@ class Fun {
   void run_all();
   void after_order_zero(std::ostream& out);
   void check_numbers(const Values& y) const;
-  Values slopes(const std::vector<Base>& direction);              // along it, at the present point
-  Values second_order(const Values& direction, const Values& w);  // gradient of w . (J direction)
+  Values slopes(const std::vector<Base>& direction);  // along it, at the present point
+  // The gradient of w . (J direction), direction by direction.
+  Values second_order(const Values& directions, const Values& w);
 
   std::shared_ptr<const Recording<Base>> recording_;
   std::vector<std::vector<Values>> inputs_;  // of each direction, order by order
@@ -101,6 +103,8 @@ class Fun {
   bool stale_ = true;                       // inputs have changed since they ran
   std::optional<RecordingSizes> sizes_;     // found when somebody asks, as the next two are
   std::optional<std::vector<bool>> is_parameter_;
+  std::unique_ptr<HessianProducts> products_;            // and this one, which optimize() forgets
+  std::size_t swept_ = 0;                                // directions, before it is made
   std::array<std::optional<Pattern>, 2> kept_patterns_;  // of slopes, of dependencies
   std::size_t change_count_ = 1;
   bool checks_nan_ = true, told_nan_ = false, throws_on_change_ = false;

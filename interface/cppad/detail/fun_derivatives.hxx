@@ -68,11 +68,23 @@ std::vector<Base> Fun<Base>::jacobian(const Values& x) {
 }
 
 template <class Base>
-std::vector<Base> Fun<Base>::second_order(const Values& direction, const Values& w) {
-  slopes(direction);
-  const Values both = reverse(2, w);
-  Values second(domain());
-  for (std::size_t k = 0; k < second.size(); ++k) second[k] = both[k * 2 + 1];
+std::vector<Base> Fun<Base>::second_order(const Values& directions, const Values& w) {
+  const std::size_t n = domain();
+  Values second(directions.size());
+  if constexpr (std::is_same_v<Base, double>) {
+    // Deriving takes as long as about a hundred sweeps.
+    swept_ += directions.size() / n;
+    if (directions.size() > n && swept_ > 100 && recording_->kernels.empty()) {
+      if (!products_) products_ = std::make_unique<HessianProducts>(*recording_->function, range());
+      if ((*products_)(Values(inputs_[0][0]), dynamics_, w, directions, second)) return second;
+    }
+  }
+  for (std::size_t l = 0; l * n < directions.size(); ++l) {
+    const auto from = directions.begin() + static_cast<std::ptrdiff_t>(l * n);
+    slopes(Values(from, from + static_cast<std::ptrdiff_t>(n)));
+    const Values both = reverse(2, w);
+    for (std::size_t k = 0; k < n; ++k) second[l * n + k] = both[k * 2 + 1];
+  }
   return second;
 }
 
@@ -82,10 +94,12 @@ std::vector<Base> Fun<Base>::hessian(const Values& x, const Values& w) {
   check_size("Hessian: x", x.size(), n);
   check_size("Hessian: w", w.size(), range());
   start_at(x);
+  Values directions(n * n, Base(0));
+  for (std::size_t j = 0; j < n; ++j) directions[j * n + j] = Base(1);
+  const Values columns = second_order(directions, w);
   Values H(n * n);
   for (std::size_t j = 0; j < n; ++j) {
-    const Values column = second_order(unit<Base>(n, j), w);
-    for (std::size_t k = 0; k < n; ++k) H[k * n + j] = column[k];
+    for (std::size_t k = 0; k < n; ++k) H[k * n + j] = columns[j * n + k];
   }
   settle(*this, x);
   return H;
@@ -191,9 +205,14 @@ std::size_t Fun<Base>::sparse_hessian(const Values& x, const Values& w, const En
   }
   start_at(x);
   values.assign(entries.row.size(), Base(0));
+  Values seeds;
   for (std::size_t c = 0; c < colors.count(); ++c) {
-    const Values found = second_order(seed_of<Base>(colors, c, n), w);
-    for (const Colors::Source& source : colors.sources[c]) values[source.entry] = found[source.at];
+    const Values seed = seed_of<Base>(colors, c, n);
+    seeds.insert(seeds.end(), seed.begin(), seed.end());
+  }
+  const Values found = second_order(seeds, w);
+  for (std::size_t c = 0; c < colors.count(); ++c) {
+    for (const Colors::Source& source : colors.sources[c]) values[source.entry] = found[c * n + source.at];
   }
   settle(*this, x);
   return colors.count();
@@ -253,6 +272,7 @@ void Fun<Base>::optimize(bool without_compare, bool without_print) {
   recording_ = shorter;
   sizes_.reset();
   runs_.clear();
+  products_.reset();
   stale_ = true;
   orders_ = 0;
 }

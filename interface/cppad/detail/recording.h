@@ -4,6 +4,7 @@
 // its sources.
 #pragma once
 
+#include <iosfwd>
 #include <map>
 #include <memory>
 #include <string>
@@ -100,6 +101,20 @@ std::vector<AD<Base>> atomic_by_name(const std::string& name, std::size_t call_i
                                      const std::vector<AD<Base>>& x, std::size_t m);
 template <class Base>
 AD<Base> discrete_by_name(const std::string& name, const AD<Base>& x);
+// f as g(x, a(x)): a has the absolute values of f, and g, of x and u, the results of f and what the absolute values are of, where the u are
+// in place of them (graph/abs_normal.cpp).  ArgumentError if f calls functions of the user.
+template <class Base>
+struct AbsNormal {
+  std::shared_ptr<const Recording<Base>> g, a;
+};
+template <class Base>
+AbsNormal<Base> abs_normal_of(const Recording<Base>& f);
+// The same function over numbers; ArgumentError if it has values of another recording.
+template <class Base>
+std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Base>& of, const char* who);
+// C of the values, as CppAD's to_csrc writes it (cg/code_handler.cpp).
+void write_csrc(std::ostream& out, const Function& function, std::size_t range, const std::string& name,
+                const std::string& type);
 template <class Base>
 bool is_recording();
 

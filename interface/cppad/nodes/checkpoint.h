@@ -54,8 +54,8 @@ class chkpoint_two : public atomic_three<Base> {
   }
   bool coefficients(const Call&, std::size_t, std::size_t up, const Many<AD<Base>>& tx,
                     Many<AD<Base>>& ty) override {
-    ty = f_.base2ad().Forward(up, tx);
-    return true;
+    if constexpr (detail::kIsBase<AD<Base>>) ty = f_.base2ad().Forward(up, tx);
+    return detail::kIsBase<AD<Base>>;
   }
   bool adjoints(const Call&, std::size_t up, const Many<Base>& tx, const Many<Base>&, Many<Base>& px,
                 const Many<Base>& py) override {
@@ -63,7 +63,8 @@ class chkpoint_two : public atomic_three<Base> {
   }
   bool adjoints(const Call&, std::size_t up, const Many<AD<Base>>& tx, const Many<AD<Base>>&,
                 Many<AD<Base>>& px, const Many<AD<Base>>& py) override {
-    return adjoints_of(f_.base2ad(), up, tx, px, py);
+    if constexpr (detail::kIsBase<AD<Base>>) adjoints_of(f_.base2ad(), up, tx, px, py);
+    return detail::kIsBase<AD<Base>>;
   }
   bool jacobian_entries(const Call&, bool dependency, Sparsity& pattern) override {
     detail::to_rc(detail::sets_of(f_.core().jacobian_pattern(dependency)), false, pattern);

@@ -155,7 +155,11 @@ Vector OdeErrControl(Method& method, const Float& ti, const Float& tf, const Vec
   while (t < tf) {
     const Float left = tf - t;
     const bool last = left <= step * Float(1.001), one_before = !last && left < step * Float(2);
-    const Float tb = last ? tf : Float(t + (one_before ? Float(left / Float(2)) : step)), tried = tb - t;
+    const Float tried = last         ? left
+                        : one_before ? Float(left / Float(2))
+                                     : step,
+                tb = last ? tf : Float(t + tried);
+    const bool smallest = tried <= smin * Float(1.001);  // as the last one may be
     method.step(t, tb, x, xb, eb);
     ++nstep;
     Float ratio(4);  // of the allowed to the estimated error
@@ -165,14 +169,14 @@ Vector OdeErrControl(Method& method, const Float& ti, const Float& tf, const Vec
       const Float bound = (eabs[i] + erel * detail::size_of(xb[i])) * tried / (tf - ti);
       if (finite && Float(0) < eb[i]) ratio = smaller(ratio, bound / eb[i]);
     }
-    if (!finite && tried <= smin) {
+    if (!finite && smallest) {
       for (std::size_t i = 0; i < n; ++i) xb[i] = ef[i] = nan(Float(0));
       return xb;
     }
     using std::pow;
     Float next =
         tried * (finite ? smaller(Float(2), larger(Float(0.1), Float(0.9) * pow(ratio, power))) : Float(0.5));
-    if (finite && (tried <= smin || !(ratio < Float(1)))) {
+    if (finite && (smallest || !(ratio < Float(1)))) {
       for (std::size_t i = 0; i < n; ++i) {
         ef[i] = ef[i] + eb[i];
         maxabs[i] = larger(maxabs[i], detail::size_of(xb[i]));

@@ -387,4 +387,47 @@ TEST(CppadSparse, OnLargeTapesColumnsShareSweeps) {
                 1e-14);
 }
 
+// By sweeps at first, and by the derived graph where they are asked for often: the same, at every point and parameter, with branches that are
+// not taken, and where a slope is infinite.
+TEST(CppadSparseHessian, OftenAskedForIsTheSame) {
+  const std::size_t n = 12;
+  std::vector<ADouble> x(n), p{0.5}, y(2);
+  for (std::size_t j = 0; j < n; ++j) x[j] = 0.3 + 0.1 * double(j);
+  Independent(x, 0, true, p);
+  y[0] = 0, y[1] = 0;
+  for (std::size_t j = 0; j < n; ++j) {
+    const ADouble next = x[(j + 1) % n];
+    y[0] += sin(x[j] * next) * p[0] + CondExpGt(x[j], ADouble(0), sqrt(x[j] + next * next), next);
+    y[1] += exp(p[0] * next) / (1.0 + x[j] * x[j]);
+  }
+  ADFun<double> f(x, y);
+  const auto at = [&](std::size_t k) {
+    std::vector<double> point(n);
+    for (std::size_t j = 0; j < n; ++j) point[j] = std::sin(double(7 * k + 3 * j));
+    return point;
+  };
+  for (std::size_t k = 0; k < 40; ++k) {
+    ADFun<double> fresh;
+    fresh = f;
+    const std::vector<double> w{1.0 - 0.1 * double(k), k % 3 == 0 ? 0.0 : 2.0},
+        parameter{0.2 + 0.01 * double(k)};
+    f.new_dynamic(parameter), fresh.new_dynamic(parameter);
+    const std::vector<double> got = f.Hessian(at(k), w), expected = fresh.Hessian(at(k), w);
+    for (std::size_t i = 0; i < n * n; ++i)
+      EXPECT_NEAR(got[i], expected[i], 1e-12 * (1 + std::abs(expected[i])));
+    f.Forward(0, at(k));  // what was asked before leaves nothing
+    EXPECT_EQ(f.size_order(), 1u);
+  }
+  // sqrt(x0) at 0: sweeps decide what is infinite and what is not.
+  auto pole =
+      recorded({0, 1}, [](const AVector& v) { return std::vector<ADouble>{sqrt(v[0]) + v[1] * v[1]}; });
+  const std::vector<double> first = pole.Hessian(std::vector<double>{0, 1}, std::size_t(0));
+  for (int k = 0; k < 100; ++k) {
+    const std::vector<double> again = pole.Hessian(std::vector<double>{0, 1}, std::size_t(0));
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_TRUE(again[i] == first[i] || (std::isnan(again[i]) && std::isnan(first[i])));
+  }
+  EXPECT_EQ(first[3], 2);
+}
+
 }  // namespace
