@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <mutex>
 #include <ostream>
 #include <random>
@@ -200,8 +201,16 @@ template <Op op, bool left>
   return apply_by_laws<op>(a, b);
 }
 
+// The sign of a NaN is no result (graph.h): a constant one would be folded to either.
+[[gnu::noinline]] void refuse_sign_of_nan() {
+  throw RecordingError("copysign: the second argument is NaN, whose sign is not defined; expected a number");
+}
+
 template <Op op>
 AD apply(AD a, AD b) {
+  if constexpr (op == Op::Copysign) {
+    if (!b.is_recorded() && std::isnan(b.value())) refuse_sign_of_nan();
+  }
   if (!a.is_recorded() && !b.is_recorded()) return evaluate<op>(a.value(), b.value(), 0.0);
   if constexpr (Graph::is_arithmetic(op)) {
     if (!a.is_recorded()) return apply_to_constant<op, true>(a, b);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include <dyntape/autodiff/factorisations.h>
+#include <dyntape/dynamics/contact/least_impulses.h>
 #include <dyntape/dynamics/contact/smoothed_contact.h>
 
 namespace dyntape::dynamics {
@@ -174,7 +175,22 @@ bool ContactSolver::solve(const ContactProblem& problem, VectorXd& p) {
   if (best_.size()) p = best_;
   // Of ill-conditioned ones rounding leaves more; what is left of the others may be little all the same.
   constexpr double kLittle = 1e-9;
-  return solved || residual_ <= std::max(1e3 * goal_, kLittle * problem.b.cwiseAbs().maxCoeff());
+  solved = solved || residual_ <= std::max(1e3 * goal_, kLittle * problem.b.cwiseAbs().maxCoeff());
+  if (solved) take_least(problem, p);
+  return solved;
+}
+
+// Of all impulses with the same velocities the least, if they obey the laws as well.
+void ContactSolver::take_least(const ContactProblem& problem, VectorXd& p) const {
+  const double scale = goal_ / (4 * double(p.size() + 4) * kEpsilon);
+  for (const double still : {1e-10 * scale, goal_}) {
+    const auto least = least_impulses(problem, p, still + residual_);
+    if (!least) continue;
+    const double off = contact_residual(problem, problem.D * *least + problem.b, *least);
+    if (!(off <= std::max(residual_, goal_))) continue;
+    p = *least;
+    return;
+  }
 }
 
 // Few sweeps from the best; where these do not do, with corners rounded; at last many sweeps.

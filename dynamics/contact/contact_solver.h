@@ -8,7 +8,8 @@
 //
 // Solved contact by contact, each exactly (block Gauss-Seidel), and by Newton's method on Alart and Curnier's equations;
 // where that is slow, with the corners of the cones rounded (smoothed_contact.h); ended where p - proj_K(p - rho w), as a
-// velocity, is rounding.  Where rows depend on each other u is found, and one of the possible p; a part of b outside of the
+// velocity, is rounding.  Where rows depend on each other p is the least of
+// those with the same u (least_impulses.h); a part of b outside of the
 // range of D that is small (1e-8) beside b, which only p without bound would answer, is left out where there is no solution
 // with it.  No entry of p is ever NaN.
 //
@@ -34,6 +35,7 @@ class ContactSolver {
  private:
   bool iterate(const ContactProblem& problem);
   bool sweep_and_polish(const ContactProblem& problem, Eigen::VectorXd& p, int most, double share);
+  void take_least(const ContactProblem& problem, Eigen::VectorXd& p) const;
   bool improve(const ContactProblem& problem, const Eigen::VectorXd& p);
   void sweep(const ContactProblem& problem, Eigen::VectorXd& p) const;
   bool polish(const ContactProblem& problem, Eigen::VectorXd p);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/files/joint_values.h>
 
+#include <algorithm>
+
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/io/number.h>
@@ -12,11 +14,19 @@ namespace {
 using io::Section;
 
 Eigen::VectorXd read_values(Section& section, const std::string& key, const std::vector<std::string>& joints,
-                            std::optional<double> fallback, const io::Range& range, bool has_others) {
+                            std::optional<double> fallback, const io::Range& range, bool has_others,
+                            const std::vector<std::string>& open) {
   const auto n = static_cast<Eigen::Index>(joints.size());
   std::vector<Section> blocks = section.children(key);
+  const auto is_open = [&](const std::string& name) { return contains(open, name); };
   if (blocks.empty()) {
-    if (!fallback) section.get<std::string>(key);  // notes that it is missing
+    const auto closed = std::find_if_not(joints.begin(), joints.end(), is_open);
+    if (closed == joints.end() && n > 0) return Eigen::VectorXd::Zero(n);
+    if (!fallback && !open.empty())
+      section.problem(key, "'" + section.path() + "' leaves joint '" + *closed +
+                               "' without a value; expected '" + key + "', or the joint in 'free' as well");
+    else if (!fallback)
+      section.get<std::string>(key);  // notes that it is missing
     return Eigen::VectorXd::Constant(n, fallback.value_or(0));
   }
   if (blocks.size() > 1) section.problem(key, "'" + key + "' is given twice");
@@ -30,7 +40,8 @@ Eigen::VectorXd read_values(Section& section, const std::string& key, const std:
   for (Eigen::Index i = 0; i < n; ++i) {
     const std::string& name = joints[static_cast<std::size_t>(i)];
     const std::string index = "[" + std::to_string(i) + "]", place = "(" + std::to_string(i) + ",0)";
-    values[i] = block.get<double>(block.has(index) ? index : block.has(place) ? place : name, range);
+    const std::string entry = block.has(index) ? index : block.has(place) ? place : name;
+    values[i] = is_open(name) ? block.get_or(entry, 0.0, range) : block.get<double>(entry, range);
   }
   return values;
 }
@@ -66,7 +77,7 @@ Eigen::VectorXd configuration_of(const dynamics::Model<double>& model, const Eig
 
 Eigen::VectorXd read_joint_values(Section& section, const std::string& key,
                                   const dynamics::Model<double>* model, std::optional<double> fallback,
-                                  const io::Range& range) {
+                                  const io::Range& range, const std::vector<std::string>& open) {
   if (!model) {
     const std::string text = fallback ? io::shortest(*fallback) : "";
     section.defer(key, "a number a joint", fallback ? text.c_str() : nullptr);
@@ -74,7 +85,7 @@ Eigen::VectorXd read_joint_values(Section& section, const std::string& key,
   }
   const std::vector<std::string> names = single_joint_names(*model);
   const Eigen::VectorXd values =
-      read_values(section, key, names, fallback, range, int(names.size()) < model->njoints());
+      read_values(section, key, names, fallback, range, int(names.size()) < model->njoints(), open);
   Eigen::VectorXd spread = Eigen::VectorXd::Zero(model->nv);
   Eigen::Index k = 0;
   for (const auto& joint : model->joints) {

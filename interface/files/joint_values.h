@@ -22,10 +22,11 @@
 
 namespace dyntape {
 
-// (nv), zero where a joint has several entries.  Without a robot nobody knows the joints: the key is deferred.
+// (nv), zero where a joint has several entries, and of joints in `open` that have no value.  Without a robot nobody knows the
+// joints: the key is deferred.
 Eigen::VectorXd read_joint_values(io::Section& section, const std::string& key,
                                   const dynamics::Model<double>* model, std::optional<double> fallback,
-                                  const io::Range& range = {});
+                                  const io::Range& range = {}, const std::vector<std::string>& open = {});
 
 // The same entries of a configuration (nq), the others neutral.
 Eigen::VectorXd configuration_of(const dynamics::Model<double>& model, const Eigen::VectorXd& joint_values);

@@ -64,6 +64,22 @@ TEST(Cmath, RoundsAsTheProcessorDoesOnEveryEdge) {
   EXPECT_TRUE(same(evaluate(r, {-0.5})[0], -0.0));
 }
 
+// Bits of a NaN are not defined: the sign of one that comes is either, of one that is written is refused.
+TEST(Cmath, TheSignOfANaNIsNotRecorded) {
+  const Function f = recorded([](const AD& x) { return copysign(AD(2.0), log(x)); });
+  EXPECT_EQ(std::abs(evaluate(f, {-1.0})[0]), 2);
+  EXPECT_EQ(evaluate(f, {0.5})[0], -2);
+  EXPECT_THROW(recorded([](const AD& x) { return x + copysign(AD(1.0), AD(kNan)); }), RecordingError);
+  try {
+    recorded([](const AD& x) { return copysign(x, log(AD(-1.0))); });
+    FAIL();
+  } catch (const RecordingError& error) {
+    EXPECT_NE(
+        std::string(error.what()).find("copysign: the second argument is NaN, whose sign is not defined"),
+        std::string::npos);
+  }
+}
+
 TEST(Cmath, PowersOfTwoOnEveryEdge) {
   const Function e = recorded([](const AD& x) { return exp2(x); });
   const Function l = recorded([](const AD& x) { return log2(x); });

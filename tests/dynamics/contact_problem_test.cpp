@@ -218,6 +218,62 @@ TEST(ContactProblems, ABoxOnFourCornersIsCarried) {
   }
 }
 
+// At rest on a slope each corner carries a quarter of the friction, and normals are linear in the place: N / 4 -+ c F / (4 a).
+TEST(ContactProblems, ABoxAtRestHasTheLeastForces) {
+  const Box box;
+  constexpr double kLength = 0.15, kHeight = 0.05;
+  std::mt19937_64 random(kSeed + 6);
+  for (const double slope : {0.0, 0.2, 0.5}) {
+    for (int start = 0; start < 20; ++start) {
+      VectorXd v = VectorXd::Zero(6);
+      v[0] = 9.81e-3 * std::sin(slope), v[2] = -9.81e-3 * std::cos(slope);
+      VectorXd p = start == 0 ? VectorXd(VectorXd::Zero(12)) : VectorXd(0.02 * random_matrix(random, 12, 1));
+      ContactSolver solver;
+      ASSERT_TRUE(solver.solve(box.problem(v, 0.9), p));
+      const double normal = -box.m * v[2], friction = box.m * v[0];
+      for (int corner = 0; corner < 4; ++corner) {
+        const double side = corner < 2 ? 1 : -1;
+        EXPECT_NEAR(p[3 * corner], normal / 4 + side * kHeight * friction / (4 * kLength), 1e-14);
+        EXPECT_NEAR(p[3 * corner + 1], -friction / 4, 1e-14);
+        EXPECT_NEAR(p[3 * corner + 2], 0, 1e-14);
+      }
+    }
+  }
+}
+
+// Whatever the start: the same impulses, and none nearby with the same velocities, within the laws, is less.
+TEST(ContactProblems, ImpulsesAreTheLeastFromAnyStart) {
+  std::mt19937_64 random(kSeed + 7);
+  int depend = 0, differ = 0, tried = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const int n = 2 + i % 5, nv = 3 + int(random() % 4);
+    const Body body(random, n, nv, i % 4 == 0);
+    ContactProblem problem{body.D(), body.J * body.velocity, {}};
+    for (int k = 0; k < n; ++k) problem.blocks.push_back({3, i % 9 == 0 ? 0 : uniform(random, 0, 0.8)});
+    if (i % 2 == 0) problem.b = problem.D * problem.b - 5 * problem.D * VectorXd::Unit(3 * n, 0);
+    VectorXd p = VectorXd::Zero(3 * n), other = random_matrix(random, 3 * n, 1);
+    ContactSolver solver;
+    if (!solver.solve(problem, p) || !solver.solve(problem, other)) continue;
+    const VectorXd u = problem.D * p + problem.b;
+    // With friction u need not be unique.
+    if ((problem.D * (p - other)).norm() > 1e-9 * (1 + problem.b.norm())) continue;
+    ++depend;
+    differ += (p - other).norm() > 1e-7 * (1 + p.norm());
+    const MatrixXd kernel = Eigen::FullPivLU<MatrixXd>(body.J.transpose()).kernel();
+    for (int k = 0; k < 20; ++k) {
+      const VectorXd step = kernel * random_matrix(random, int(kernel.cols()), 1);
+      for (const double t : {1e-3, 1e-2, 0.1, -1e-3, -1e-2, -0.1}) {
+        const VectorXd q = p + t * step;
+        if (contact_residual(problem, u, q) > 1e-12) continue;
+        ++tried;
+        EXPECT_GE(q.norm(), p.norm() - 1e-9) << i;
+      }
+    }
+  }
+  std::cout << depend << " problems, " << differ << " differ, " << tried << " others\n";
+  EXPECT_LE(differ, depend / 100);
+}
+
 // One that rocks from edge to edge: what its corners can do touches the cones only, where sweeps hardly move.
 TEST(ContactProblems, ABoxThatRocksObeysTheLaws) {
   const Box box;

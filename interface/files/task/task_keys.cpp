@@ -138,11 +138,18 @@ void place_planar_joints(Section& end, End which, const RobotModel* model, Eigen
 // State at one end, at rest unless it says otherwise; joints named in `free` are left open, as all positions are where
 // a frame says where to.
 Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotModel* model) {
-  end.about("positions [rad or m]");
-  std::vector<std::string> names = model ? single_joint_names(*model) : std::vector<std::string>{};
+  const std::vector<std::string> names = model ? single_joint_names(*model) : std::vector<std::string>{};
   const std::optional<double> fallback = model && names.empty() ? std::optional(0.0) : std::nullopt;
+  std::vector<std::string> all = names;
+  if (model) {
+    const std::vector<std::string> planar = planar_names(*model);
+    all.insert(all.end(), planar.begin(), planar.end());
+  }
+  const std::vector<std::string> open =
+      distinct_names(end.about("joints whose position and velocity are left open"), "free", all);
   Eigen::VectorXd q, x;
-  if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, fallback);
+  end.about("positions [rad or m]; joints that are left open need none");
+  if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, fallback, {}, open);
   const Eigen::VectorXd v = read_joint_values(end.about("velocities [rad/s or m/s]"), "v", model, 0.0);
   if (model) {
     x.resize(model->nq + model->nv);
@@ -151,13 +158,8 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
   if (!is_by_frame || !model) read_base_at(end, which, model, x);
   place_planar_joints(end, which, model, x);
   if (is_by_frame && model) x.head(model->nq).setConstant(Problem::kFree);
-  end.about("joints whose position and velocity are left open");
-  if (model) {
-    const std::vector<std::string> planar = planar_names(*model);
-    names.insert(names.end(), planar.begin(), planar.end());
-  }
-  for (const std::string& name : distinct_names(end, "free", names))
-    if (model && contains(names, name))  // else it is noted already
+  for (const std::string& name : open)
+    if (model && contains(all, name))  // else it is noted already
       leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);
   return x;
 }

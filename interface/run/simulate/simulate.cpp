@@ -34,6 +34,24 @@ CodegenOptions watched(const Scene& scene, const SimulationWatch& watch) {
   return options;
 }
 
+// How far rigid contacts and stops may be passed: a thousandth of the robot's length, of joints that turn 1e-3 rad.
+VectorXd most_penetrations(const RobotScene& scene) {
+  constexpr double kShare = 1e-3;
+  double length = 0, reach = 0;
+  for (const auto& placement : scene.model.X_PJ) length += placement.p.norm();
+  for (const auto& contact : scene.constraints.rigid.contacts)
+    reach = std::max(reach, contact.X_BF.p.norm() + contact.radius);
+  VectorXd most = VectorXd::Constant(Eigen::Index(scene.constraints.rigid.size()), kShare * (length + reach));
+  Eigen::Index row = Eigen::Index(scene.constraints.rigid.contacts.size());
+  for (const auto& stop : scene.constraints.rigid.stops) {
+    for (const auto& joint : scene.model.joints) {
+      if (joint.idx_v == stop.idx_v && dynamics::traits(joint.type).has_angle) most[row] = kShare;
+    }
+    ++row;
+  }
+  return most;
+}
+
 // One run of a scene: the state that moves, and what is noted of it.
 class SceneRun {
  public:
@@ -53,6 +71,7 @@ class SceneRun {
       return;
     }
     of_rigid_.emplace(scene, meter_);
+    most_penetrations_ = most_penetrations(scene.robot);
     for (const std::string& name : RigidAccount::names(scene.robot.constraints))
       motion_.flows.push_back({name, {}, {}});
   }
@@ -66,6 +85,7 @@ class SceneRun {
     if (of_rigid_) motion_.impacts = of_rigid_->impacts();
     motion_.step_seconds = seconds_since(begin);
     motion_.warning = steps_.rigid ? steps_.rigid->undecided() : "";
+    if (motion_.warning.empty()) motion_.warning = penetration_;
     if (motion_.warning.empty()) motion_.warning = doubt_of_steps(scene_, steps_.stepper, looks_);
     motion_.operations = steps_.stepper.report().step_operations;
     motion_.sources = steps_.stepper.report().sources;
@@ -110,7 +130,10 @@ class SceneRun {
     const Energy& energy = meter_.at(x_, u);
     if (is_look(scene_, k)) looks_.push_back({k, x_, steps_.rigid ? steps_.rigid->forces() : VectorXd()});
     note_sample(k, t, u, energy);
-    if (of_rigid_) return account_.reach(energy, of_rigid_->work());
+    if (of_rigid_) {
+      note_penetration(t);
+      return account_.reach(energy, of_rigid_->work());
+    }
     if (k == 0) return account_.start(energy);
     account_.add(energy, of_step_);
   }
@@ -128,7 +151,21 @@ class SceneRun {
     for (Eigen::Index i = 0; i < powers.size(); ++i) motion_.flows[std::size_t(i)].power.push_back(powers[i]);
     if (!of_rigid_) return;
     reactions_.push_back(of_rigid_->reactions());
-    motion_.deepest = std::max(motion_.deepest, -steps_.rigid->functions().near(x_).gap.minCoeff());
+  }
+
+  void note_penetration(double t) {
+    const VectorXd& gap = steps_.rigid->functions().near(x_).gap;
+    motion_.deepest = std::max(motion_.deepest, -gap.minCoeff());
+    const auto& rigid = scene_.robot.constraints.rigid;
+    for (Eigen::Index i = 0; i < gap.size() && penetration_.empty(); ++i) {
+      if (!(-gap[i] > most_penetrations_[i])) continue;
+      const bool is_contact = std::size_t(i) < rigid.contacts.size();
+      penetration_ = "at t = " + io::with_digits(t, 6) + " s " +
+                     (is_contact ? "the contact at '" : "joint '") + rigid.name(std::size_t(i)) + "' is " +
+                     io::with_digits(-gap[i], 2) +
+                     (is_contact ? " m below its ground" : " beyond its limit") + ", more than " +
+                     io::with_digits(most_penetrations_[i], 2) + "; take shorter steps";
+    }
   }
 
   void note_work(const MatrixXd& work) {
@@ -161,7 +198,9 @@ class SceneRun {
   std::optional<RigidAccount> of_rigid_;  // and with rigid contacts or stops
   VectorXd x_, next_;
   MatrixXd of_step_;  // J
-  long worked_ = 0;   // steps whose work is known
+  VectorXd most_penetrations_;
+  std::string penetration_;  // the first that was beyond them
+  long worked_ = 0;          // steps whose work is known
   std::vector<VectorXd> states_, drives_, reactions_;
   std::vector<Look> looks_;
   SimulatedMotion motion_;

@@ -2,6 +2,7 @@
 //
 // The report for people and for programs.
 
+#include <dyntape/interface/files/scene/folded_notes.h>
 #include <dyntape/interface/io/facts.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/run/solve/solve_report.h>
@@ -284,14 +285,15 @@ void tell_times(const SolveReport& report, io::Facts& facts) {
 }
 
 io::Facts facts_of(const SolveReport& report) {
-  io::Facts facts(report.task + ": " + report.verdict());
+  std::string heading = report.task + ": " + report.verdict();
+  for (const std::string& note : folded(report.notes)) heading += "\nnote: " + note;
+  io::Facts facts(heading);
   tell_outcome(report, facts);
   tell_optimality(report, facts);
   tell_truth(report, facts);
   tell_work(report, facts);
   tell_times(report, facts);
   facts.below(excess_text(report.excesses) + mesh_text(report.meshes) + "\n" + facts.times());
-  for (const std::string& note : report.notes) facts.below("note: " + note + "\n");
   return facts;
 }
 
