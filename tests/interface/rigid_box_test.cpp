@@ -41,8 +41,11 @@ TEST(RigidBoxes, ATumblingBoxComesToRestByEveryScheme) {
         scene.integrator = integrator;
         scene.step = scene.sample = step;
         scene.name = std::string(to_string(integrator)) + " by " + std::to_string(step);
-        const SimulatedMotion motion = run(scene);
+        const SimulatedMotion motion = simulate(scene);
         ASSERT_EQ(motion.trouble, "") << scene.name;
+        if (step < 5e-3) {  // long ones pass the ground, and say so
+          EXPECT_EQ(motion.warning, "") << scene.name;
+        }
         const int last = motion.samples() - 1;
         EXPECT_LT(motion.v.col(last).norm(), 1e-9) << scene.name;
         EXPECT_NEAR(motion.q(2, last), 0.05, 1e-8) << scene.name;

@@ -52,7 +52,7 @@ class QuadraticLayer:
     >>> layer = dyntape.QuadraticLayer(np.eye(2), [[-1.0, 0.0], [-3.0, 0.0]], G=[[1.0, 0.0]], h=[2.0])
     >>> layer.x.tolist(), layer.status.tolist()
     ([[1.0, 0.0], [2.0, 0.0]], ['good', 'good'])
-    >>> layer.backward(layer.x).q.tolist()
+    >>> (layer.backward(layer.x).q + 0.0).tolist()
     [[-1.0, 0.0], [0.0, 0.0]]
     """
 
