@@ -18,7 +18,6 @@
 
 #include <dyntape/interface/cppad/ad.h>
 #include <dyntape/interface/cppad/ad_fun.h>
-#include <dyntape/interface/cppad/cg/dll_lib.h>
 #include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/eigen.h>
 #include <dyntape/interface/cppad/nodes/atomic.h>

@@ -7,7 +7,6 @@
 // An index beyond the end is an ArgumentError, in every build.
 #pragma once
 
-#include <algorithm>
 #include <compare>
 #include <concepts>
 #include <cstddef>
@@ -135,10 +134,17 @@ class vector {
 
   // Element by element, then by size.
   friend bool operator==(const vector& a, const vector& b) {
-    return std::equal(a.data(), a.data() + a.size_, b.data(), b.data() + b.size_);
+    if (a.size_ != b.size_) return false;
+    for (std::size_t i = 0; i < a.size_; ++i)
+      if (!(a.data()[i] == b.data()[i])) return false;
+    return true;
   }
   friend bool operator<(const vector& a, const vector& b) {
-    return std::lexicographical_compare(a.data(), a.data() + a.size_, b.data(), b.data() + b.size_);
+    for (std::size_t i = 0; i < a.size_ && i < b.size_; ++i) {
+      if (a.data()[i] < b.data()[i]) return true;
+      if (b.data()[i] < a.data()[i]) return false;
+    }
+    return a.size_ < b.size_;
   }
   friend bool operator>(const vector& a, const vector& b) { return b < a; }
   friend bool operator<=(const vector& a, const vector& b) { return !(b < a); }

@@ -15,8 +15,9 @@
 // than a quarter of the intervals is at fault, halve all.  If asked for (`cost_change`), solve on finer meshes until the cost does
 // not change; these split the intervals in which the controls of the last two meshes differ most.
 //
-// The first mesh: options.mesh, here 20 intervals of radau-3; of `warm`, that solution's.  With `is_graded`, a node behind each instant at which a constraint stands
-// (at_fraction()), because controls may jump there.
+// The first mesh: options.mesh, by default 20 intervals of radau-3; with `warm` the last mesh of that solution.  `is_graded` adds a node
+// behind each instant at which a constraint stands (at_fraction()), because controls may jump there.
+// A finer mesh that takes three times the iterations of the last one starts again from the guess.
 //
 // Errors: those of optimise() on the first mesh.  A finer mesh that cannot be solved is given up: Solution::refinement_trouble.
 #pragma once

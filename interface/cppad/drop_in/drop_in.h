@@ -42,5 +42,6 @@
 #include <valarray>
 #include <vector>
 
+#include <dyntape/interface/cppad/cg/dll_lib.h>
 #include <dyntape/interface/cppad/cppad.h>
 #include <dyntape/interface/cppad/drop_in/configure.h>

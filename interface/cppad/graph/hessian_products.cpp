@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/cppad/graph/hessian_products.h>
 
+#include <dyntape/autodiff/graph/function.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>

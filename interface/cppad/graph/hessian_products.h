@@ -3,10 +3,13 @@
 // Hessians times directions, several directions at a time: graph to graph, for detail/fun_derivatives.hxx.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
-#include <dyntape/autodiff/graph/function.h>
+namespace dyntape {
+struct Function;
+}
 
 namespace CppAD::inline dyntape_names::detail {
 

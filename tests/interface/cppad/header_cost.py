@@ -28,11 +28,11 @@ THEIRS = '#include <cppad/cppad.hpp>\n'
 
 
 def seconds(compiler, level, include, head, folder):
-    """Of the processor, the least of three."""
+    """Of the processor, the least of five."""
     source = folder / 'program.cpp'
     source.write_text(head + PROGRAM)
     taken = []
-    for _ in range(3):
+    for _ in range(5):
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
         subprocess.run([compiler, '-std=c++20', level, '-I', include, '-c', source, '-o', folder / 'program.o'], check=True)
         taken.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)

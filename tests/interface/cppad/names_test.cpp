@@ -8,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include <dyntape/interface/cppad/cg/dll_lib.h>
+
 #include "programs.h"
 
 namespace dyntape::cppad_names_test {
