@@ -236,7 +236,8 @@ void bind_found(nb::class_<ProblemSolution>& type) {
           "The costs integrated along the motion.")
       .def_prop_ro(
           "cost_change", [](const S& s) { return s.solution->cost_change; },
-          "How far the costs of the last two meshes differ, relative; NaN of one mesh.")
+          "How far the cost is from that of a mesh twice as coarse wherever the controls changed, relative; "
+          "NaN of one mesh.")
       .def_prop_ro(
           "passed", [](const S& s) { return s.solution->verification.passings.worst(); },
           "Most that an inequality or a bound is passed between points, relative to how far the motion moves "

@@ -25,6 +25,13 @@ namespace {
 thread_local std::size_t allocations = 0;
 }
 
+// Sanitizers have an operator new of their own.
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define DYNTAPE_IS_SANITIZED
+#endif
+#endif
+#ifndef DYNTAPE_IS_SANITIZED
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* room = std::malloc(size ? size : 1)) return room;
@@ -36,6 +43,7 @@ thread_local std::size_t allocations = 0;
 }
 [[gnu::noinline]] void operator delete(void* room) noexcept { std::free(room); }
 [[gnu::noinline]] void operator delete(void* room, std::size_t) noexcept { std::free(room); }
+#endif
 
 namespace dyntape::tiers_test {
 namespace {

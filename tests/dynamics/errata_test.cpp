@@ -224,7 +224,8 @@ TEST(ErrataOfSteps, DiscreteSlopesGoThroughTheIntegrator) {
   };
   Data<double> data(model);
   fd_derivatives<double>(model, data, s.q, s.v, s.tau);
-  const auto [q1, v1] = step(s.q, s.v, s.tau);
+  const auto first = step(s.q, s.v, s.tau);
+  const VectorXd &q1 = first.first, &v1 = first.second;
   const VectorXd moved = h * v1;
   const TangentJacobians<double> d = integrate_jacobians<double>(model, moved);
   const MatrixXd A_qq = d.first + d.second * (h * h * data.ddq_dq);

@@ -2,6 +2,9 @@
 //
 // Known optima that take minutes: finest meshes, what a Hessian is worth, the least force that swings a
 // cart-pole up, and where random starts lead.  The quick ones are in tests/interface/known_*_test.cpp.
+#include <dyntape/interface/control/solve/solve.h>
+
+#include <algorithm>
 #include <array>
 #include <map>
 #include <random>
@@ -256,6 +259,50 @@ TEST_P(FullOptima, NothingIsLowerThanBasinEOfTheAcrobot) {
   const auto found = from_random_starts(test::acrobot_c(), 150, kSeed, GetParam(), draw);
   EXPECT_GE(least_of(found, "acrobot", kSeed), 17.180 - 1e-9);  // that of basin E, which few starts lead to
   EXPECT_GT(found.count("34.874"), 0);
+}
+
+// J. Betts, Practical methods for optimal control (2010): 2030.85609.  Between narrow ridges |y|^2 lies near zero, so that the optimum is
+// nearly flat where y turns around.
+Problem alp_rider() {
+  Problem p("alp rider", {"y1", "y2", "y3", "y4"}, {"u1", "u2"}, 20, [](const auto& s) {
+    return vector(-10.0 * s.x[0] + s.u[0] + s.u[1], -2.0 * s.x[1] + s.u[0] + 2.0 * s.u[1],
+                  -3.0 * s.x[2] + 5.0 * s.x[3] + s.u[0] - s.u[1],
+                  5.0 * s.x[2] - 3.0 * s.x[3] + s.u[0] + 3.0 * s.u[1]);
+  });
+  p.add(running_cost("cost", [](const auto& s) {
+    return std::decay_t<decltype(s.x[0])>(100.0 * s.x.squaredNorm() + 0.01 * s.u.squaredNorm());
+  }));
+  p.add(path_inequality(
+      "ridge",
+      [](const auto& s) {
+        using std::exp;
+        using T = std::decay_t<decltype(s.x[0])>;
+        const T t = s.t;
+        const auto bump = [&](double height, double middle, double width) {
+          return T(height * exp(-width * (t - middle) * (t - middle)));
+        };
+        return vector(
+            T(s.x.squaredNorm() - bump(3, 3, 12) - bump(3, 6, 10) - bump(3, 10, 6) - bump(8, 15, 4) - 0.01));
+      },
+      Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, HUGE_VAL)));
+  p.start << 2, 1, 2, 1;
+  p.goal << 2, 3, 1, -2;
+  return p;
+}
+
+TEST_P(FullOptima, TheAlpRider) {
+  SolveOptions options;
+  options.solver.method = GetParam();
+  options.mesh.evaluation.route = Route::kInterpreter;
+  const Solution s = solve(alp_rider(), options);
+  EXPECT_TRUE(s.converged()) << s.verdict();
+  EXPECT_NEAR(s.cost(), 2030.85609, 2e-3 * 2030.85609);
+  EXPECT_LE(s.cost_change, options.cost_change);
+  EXPECT_LE(s.iterations(), 2000);
+  const auto settled = std::count_if(s.meshes.begin(), s.meshes.end(),
+                                     [](const MeshRound& m) { return m.status == SolveStatus::kSettled; });
+  EXPECT_GE(settled, 3);
+  EXPECT_EQ(s.meshes.back().status, SolveStatus::kSolved);
 }
 
 }  // namespace

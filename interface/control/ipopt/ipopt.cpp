@@ -19,6 +19,8 @@
 #include <dyntape/interface/control/ipopt/rounds.h>
 #include <dyntape/interface/control/nlp/best_point.h>
 #include <dyntape/interface/control/nlp/bound_widening.h>
+#include <dyntape/interface/control/nlp/hessian_shift.h>
+#include <dyntape/interface/control/nlp/settling.h>
 #include <dyntape/interface/io/stopwatch.h>
 
 namespace dyntape {
@@ -89,7 +91,9 @@ class Adapter : public Ipopt::TNLP {
     solution_.times.processor = double(std::clock() - processor_begin_) / CLOCKS_PER_SEC;
     if (is_left_ || is_cut_short_) solution_.status = SolveStatus::kStopped;
     if (is_left_ && best_.x.empty()) note(start_);
-    if (solution_.status == SolveStatus::kStopped && !best_.x.empty()) {
+    if (has_settled_ && solution_.status == SolveStatus::kStopped) {
+      solution_.status = SolveStatus::kSettled;
+    } else if (solution_.status == SolveStatus::kStopped && !best_.x.empty()) {
       best_.move_into(solution_);
     }
     return std::move(solution_);
@@ -102,7 +106,7 @@ class Adapter : public Ipopt::TNLP {
       n = static_cast<Ipopt::Index>(shape_.n());
       m = static_cast<Ipopt::Index>(shape_.m());
       nnz_jac = static_cast<Ipopt::Index>(shape_.jacobian.nnz());
-      nnz_hess = static_cast<Ipopt::Index>(shape_.hessian.nnz());
+      nnz_hess = static_cast<Ipopt::Index>(shape_.hessian.nnz() + shape_.n());
       return true;
     });
   }
@@ -169,7 +173,12 @@ class Adapter : public Ipopt::TNLP {
   bool eval_h(Ipopt::Index, const Number* x, bool, Number sigma, Ipopt::Index, const Number* lambda, bool,
               Ipopt::Index, Ipopt::Index* row, Ipopt::Index* col, Number* values) override {
     return guarded([&] {
-      if (values == nullptr) return copy(shape_.hessian, row, col);
+      const std::size_t nnz = shape_.hessian.nnz(), n = shape_.n();
+      if (values == nullptr) {  // the damping's entries last: Ipopt adds what stands at one place
+        for (std::size_t i = 0; i < n; ++i) row[nnz + i] = col[nnz + i] = static_cast<Ipopt::Index>(i);
+        return copy(shape_.hessian, row, col);
+      }
+      std::fill_n(values + nnz, n, damping_.shift());
       const Stopwatch watch(solution_.times.hessian, solution_.times.hessian_calls);
       return nlp_.hessian(x, sigma, lambda, values);
     });
@@ -183,7 +192,10 @@ class Adapter : public Ipopt::TNLP {
       solution_.log.push_back({iteration, objective, primal, dual, mu, step, regularization, alpha_dual,
                                alpha_primal, trials, mode == Ipopt::RestorationPhaseMode});
       if (options_.stop.stop_possible()) note(current_);
+      damping_.note(trials, damping_.shift() + regularization);
       if (options_.watch) options_.watch(solution_.log.back());
+      if (options_.stop_when_settled && settling_.note(solution_.log.back()))
+        return has_settled_ = true, false;
       return !options_.stop.stop_requested();
     });
   }
@@ -247,13 +259,15 @@ class Adapter : public Ipopt::TNLP {
 
   std::mutex mutex_;  // of all below, and of what is above
   std::condition_variable_any ended_;
-  bool has_ended_ = false, is_left_ = false, is_cut_short_ = false;
+  bool has_ended_ = false, is_left_ = false, is_cut_short_ = false, has_settled_ = false;
   std::optional<Clock::time_point> stop_seen_;
   Clock::time_point begin_ = Clock::now();
   std::clock_t processor_begin_ = std::clock();
   NlpSolution solution_;
   std::vector<double> current_;  // empty: nowhere yet
   BestPoint best_;
+  Settling settling_;
+  StepDamping damping_;
   int uncounted_ = 0;
   std::exception_ptr exception_;
 };

@@ -45,6 +45,17 @@ bool optimal(const NlpSolution& solution) {
   return solution.status == SolveStatus::kSolved || solution.status == SolveStatus::kAcceptable;
 }
 
+// Whether it ended at a point to go on from.
+bool usable(const NlpSolution& solution) {
+  return optimal(solution) || solution.status == SolveStatus::kSettled;
+}
+
+// Whether the caller's limits ended it.
+bool is_over(SolveStatus status) {
+  return status == SolveStatus::kStopped || status == SolveStatus::kTimeLimit ||
+         status == SolveStatus::kIterationLimit;
+}
+
 // Whether a tolerance in `units` is too coarse where nominal values are `found`.
 bool coarse(const NlpScaling& units, const NlpScaling& found) {
   bool result = kCoarseObjective * found.objective < units.objective;
@@ -91,6 +102,13 @@ NlpSolution solve_from(Nlp& problem, const std::string& name, const std::vector<
     };
     again(&last);
     if (is_stuck(solution.status)) again(nullptr);
+    // In units of what is noise no row can be met: the last round's solution is one to the tolerance in its own units.
+    if (last.status == SolveStatus::kSolved && solution.status != SolveStatus::kSolved &&
+        !is_over(solution.status)) {
+      NlpSolution spent = std::exchange(solution, last);
+      solution.log = std::move(spent.log), solution.times = spent.times;
+      break;
+    }
   }
   solution.attempts = {{options.method, name, solution.iterations(), solution.status, solution.objective}};
   return solution;
@@ -116,7 +134,7 @@ constexpr double kLower = 1e-9;                    // of the objective: lower be
 
 bool is_lower(const NlpSolution& next, const NlpSolution& before) {
   const double size = std::max(std::abs(before.objective), before.units.objective);
-  return optimal(next) && next.objective < before.objective - kLower * size;
+  return usable(next) && next.objective < before.objective - kLower * size;
 }
 
 // Away from a stationary point that is no minimum, along a direction of negative curvature and, where nothing better is
@@ -137,12 +155,12 @@ NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<dou
       start = within_bounds(shape, std::move(start));
       try {
         NlpSolution next = solve_from(problem, name, start, left, solve, spent.iterations());
-        if (optimal(best) ? is_lower(next, best) : optimal(next)) best = next;
+        if (usable(best) ? is_lower(next, best) : usable(next)) best = next;
         spent = joined(std::move(spent), std::move(next));
       } catch (const NumericalError&) {  // no finite value there
       }
     }
-    if (optimal(best) && (!optimal(saddle) || best.objective < saddle.objective)) break;
+    if (usable(best) && (!optimal(saddle) || best.objective < saddle.objective)) break;
   }
   best.log = std::move(spent.log), best.times = spent.times, best.attempts = std::move(spent.attempts);
   return best;
@@ -179,7 +197,7 @@ NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, cons
     solution =
         solve_from(problem, "an earlier solution", within_bounds(problem.shape(), warm->x), given, solve);
   }
-  if (!warm || !optimal(solution)) {
+  if (!warm || !usable(solution)) {
     NlpSolution cold = solve_from(problem, "the guess", start, warm ? less(options, solution) : options,
                                   solve, solution.iterations());
     solution = warm ? joined(std::move(solution), std::move(cold)) : std::move(cold);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include <dyntape/autodiff/error.h>
@@ -62,9 +63,10 @@ NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const Solv
   if (options.limited_memory || problem.shape().hessian_kind == HessianKind::kLimitedMemory) return solution;
   const NlpMethod other = options.method == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt;
   // Whether it is solved; iterations and times count in any case.
-  const auto try_by = [&](NlpMethod method, const std::vector<double>& from, const std::string& name) {
+  const auto try_by = [&](NlpMethod method, const std::vector<double>& from, const std::string& name,
+                          std::shared_ptr<const NlpSolution> warm = nullptr) {
     SolverOptions of_method = less(options, solution);
-    of_method.warm = nullptr;
+    of_method.warm = std::move(warm);
     if (method != options.method) of_method.extra.clear();
     if (of_method.max_iterations == 0 || options.stop.stop_requested()) return false;
     try {
@@ -82,7 +84,8 @@ NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const Solv
     return false;
   };
   if (is_stalled) {  // the other method goes on from there
-    try_by(other, std::vector<double>(solution.x), "where the first method ended");
+    const auto stalled = std::make_shared<NlpSolution>(solution);
+    try_by(other, stalled->x, "where the first method ended", stalled);
     return solution;
   }
   if (!try_by(other, start, "the guess") && solution.status == SolveStatus::kLocallyInfeasible)

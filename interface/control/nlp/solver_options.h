@@ -30,6 +30,7 @@ struct SolverOptions {
   BarrierUpdate barrier_update = BarrierUpdate::kAdaptive;  // of kRiccati; Ipopt's is its own "mu_strategy"
   bool limited_memory = false;     // approximate the Hessian (L-BFGS) even where the program has one
   bool stop_at_acceptable = true;  // give up early when stalled at an acceptable point (kAcceptable)
+  bool stop_when_settled = false;  // early, for meshes that will be refined: kSettled (settling.h)
   bool try_other_method =
       true;  // of solve_nlp: where the method gets stuck, the other one tries from the same start
   // A solution of a program with the same variables and rows, whose point and multipliers the solve begins with; `start` is not

@@ -17,6 +17,7 @@ constexpr Words kWords[] = {
      "The solver stalled: the point is optimal to its looser, acceptable tolerance only, not to the "
      "requested "
      "one."},
+    {SolveStatus::kSettled, "settled", "The cost hardly changes any more; the point is not optimal yet."},
     {SolveStatus::kLocallyInfeasible, "locally infeasible",
      "The solver converged to a point where the violation of the constraints is locally least; the problem "
      "is "

@@ -10,6 +10,7 @@ namespace dyntape {
 enum class SolveStatus {
   kSolved,             // first-order optimality to the tolerance that was asked for
   kAcceptable,         // stalled above that tolerance, within the solver's looser acceptable one
+  kSettled,            // stopped as asked where the cost hardly changed any more (settling.h)
   kLocallyInfeasible,  // a point where the constraint violation is *locally* least; feasible ones may exist
   kIterationLimit,     // stopped by the limit on iterations
   kTimeLimit,          // stopped by the limit on time

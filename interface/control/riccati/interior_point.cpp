@@ -9,6 +9,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/nlp/best_point.h>
+#include <dyntape/interface/control/nlp/hessian_shift.h>
+#include <dyntape/interface/control/nlp/settling.h>
 #include <dyntape/interface/control/riccati/barrier_parameter.h>
 #include <dyntape/interface/control/riccati/optimality.h>
 #include <dyntape/interface/control/riccati/restoration.h>
@@ -26,15 +28,12 @@ using Clock = std::chrono::steady_clock;
 constexpr double kKappaEpsilon = 10, kKappaMu = 0.2, kThetaMu = 1.5, kTauMin = 0.99;
 constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kDelta = 1, kSTheta = 1.1, kSPhi = 2.3, kEta = 1e-8;
 constexpr double kAlphaPart = 0.05, kKappaSoc = 0.99;
-constexpr double kFirstShift = 1e-4, kLeastShift = 1e-20, kMostShift = 1e20;
 constexpr double kFirstBarrier = 0.1, kMostBarrier = 10, kBlocked = 0.1;
 constexpr int kBlockedSteps = 3, kMostCorrections = 4;
-constexpr double kMostFirstBarriers = 1e3, kFixedPart = 0.8,
-                 kFloor = 2;  // of the mean product; of the least barrier
+constexpr double kMostFirstBarriers = 1e3, kFixedPart = 0.8, kFloor = 2;  // kFloor: of the least barrier
 constexpr double kPush = 1e-2, kWarmPush = 1e-9, kMostPrice = 1e3;
-constexpr double kAcceptable = 1e-6;
-constexpr int kAcceptableIterations = 15;
-constexpr double kEndless = 1e20;
+constexpr double kAcceptable = 1e-6, kEndless = 1e20;
+constexpr int kAcceptableIterations = 10;
 
 double largest(const VectorXd& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }
 
@@ -65,7 +64,7 @@ class StructuredInteriorPoint::Method {
     least_barrier_ = std::min(options.tolerance, 1e-4) / (kKappaEpsilon + 1);
     barrier_.set_bounds(options.bound_relaxation);
     solution_ = {}, best_ = {}, solution_.x = start;
-    last_shift_ = 0, progress_ = {}, is_tiny_ = false, has_matrices_ = false;
+    shift_ = {}, progress_ = {}, settling_ = {}, is_tiny_ = false, has_matrices_ = false;
     begin_ = Clock::now();
     processor_begin_ = thread_seconds();
     if (has_crossed_bounds(nlp_.shape())) {
@@ -146,6 +145,7 @@ class StructuredInteriorPoint::Method {
       const double size = largest(w_step_);
       const Outcome outcome = search();
       if (outcome.status) return *outcome.status;
+      shift_.note(outcome.trials, diagonal_.shift);
       if (!differentiate(true)) return SolveStatus::kNotFinite;
       note(iteration, size, outcome.primal, outcome.dual, outcome.trials, outcome.is_restored);
     }
@@ -171,6 +171,7 @@ class StructuredInteriorPoint::Method {
     if (options_.stop_at_acceptable && progress_.acceptable() >= kAcceptableIterations)
       return SolveStatus::kAcceptable;
     if (largest(now_.w) > kEndless) return SolveStatus::kDiverging;
+    if (has_settled_) return SolveStatus::kSettled;
     if (options_.stop.stop_requested()) return SolveStatus::kStopped;
     if (iteration > options_.max_iterations) return SolveStatus::kIterationLimit;
     if (is_late()) return SolveStatus::kTimeLimit;
@@ -231,15 +232,11 @@ class StructuredInteriorPoint::Method {
   // Shifts until the inertia is right.
   bool factor() {
     multipliers_.curve(barrier_, now_.w, diagonal_);
-    diagonal_.shift = 0;
-    if (kkt_.factor(diagonal_)) return true;
     double& shift = diagonal_.shift;
-    shift = last_shift_ == 0 ? kFirstShift : std::max(kLeastShift, last_shift_ / 3);
-    while (!kkt_.factor(diagonal_)) {
-      shift *= last_shift_ == 0 ? 100 : 8;
-      if (!(shift <= kMostShift)) return false;
-    }
-    last_shift_ = shift;
+    shift = shift_.damping();
+    if (kkt_.factor(diagonal_)) return true;
+    for (shift = shift_.first(); !kkt_.factor(diagonal_); shift = shift_.larger(shift))
+      if (!(shift <= HessianShift::kMost)) return false;
     return true;
   }
 
@@ -425,6 +422,7 @@ class StructuredInteriorPoint::Method {
     const OptimalityErrors e = errors(0);
     solution_.log.push_back(
         {iteration, now_.f, e.primal, e.dual, mu_, size, diagonal_.shift, dual, primal, trials, is_restored});
+    has_settled_ = options_.stop_when_settled && settling_.note(solution_.log.back());
     if (options_.watch) options_.watch(solution_.log.back());
     if (!options_.stop.stop_possible()) return;
     rows_of(now_);
@@ -459,11 +457,13 @@ class StructuredInteriorPoint::Method {
   VectorXd gradient_, jacobian_, hessian_;
   VectorXd lambda_;  // (m)
   BoundMultipliers multipliers_;
-  double mu_ = kFirstBarrier, least_barrier_ = 0, last_shift_ = 0, processor_begin_ = 0;
+  double mu_ = kFirstBarrier, least_barrier_ = 0, processor_begin_ = 0;
+  Settling settling_;
+  HessianShift shift_;
   Progress progress_;
   int blocked_ = 0;
   bool may_raise_ = true;
-  bool is_tiny_ = false, has_matrices_ = false;  // the latter: kkt_ has those of now_
+  bool is_tiny_ = false, has_matrices_ = false, has_settled_ = false;  // the latter: kkt_ has those of now_
   Filter filter_;
   BarrierMode mode_;
   double most_barrier_ = kMostBarrier;  // of adaptive steps

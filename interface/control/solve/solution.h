@@ -85,7 +85,8 @@ struct Solution {
 
   std::vector<MeshRound> meshes = {};   // coarsest first; of solve() (solve.h)
   std::string refinement_trouble = {};  // why a finer mesh was given up, or ""
-  // How far the costs of the last two meshes differ, relative to their size; NaN of one mesh.
+  // How far the cost is from that of a coarser mesh, relative to its size; NaN of one mesh.  The coarser one is the last before all intervals
+  // were split in which controls had changed (SolveOptions::cost_change); if none was split for that, it is the mesh before.
   double cost_change = std::numeric_limits<double>::quiet_NaN();
 
   bool converged() const { return nlp.status == SolveStatus::kSolved; }

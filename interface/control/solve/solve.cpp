@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/discretize/resampled.h>
@@ -19,12 +20,12 @@ constexpr double kMargin =
     0.3;  // of what is demanded: intervals above are split together with those at fault
 constexpr double kWorst =
     0.05;  // of the largest fault: what is far below it may be its consequence, as ringing is behind a switch
-constexpr double kWorstPassed =
-    0.3;  // likewise of what is passed: a control that rings behind a switch does so as long as its limit holds
 constexpr double kMostCounted = 1e3;      // of faults
 constexpr double kManyFaults = 0.25;      // of the intervals: then all are halved
 constexpr double kAtFault = 2, kFar = 3;  // of what is demanded: such intervals are split into two, into four
 constexpr double kNearlyFeasible = 0.02;  // of nominal values
+constexpr double kSettledCost = 1e-3;     // most that a cost moves while it counts as settled (settling.h)
+constexpr double kSameControls = 0.01;    // of how far they move
 constexpr int kMostOfLast = 3,
               kLeastIterations = 40;      // of the last mesh: a motion that leads further helps no more
 constexpr double kSecondsAtLeast = 1e-3;  // a solver's limit has to be above zero
@@ -55,7 +56,7 @@ MeshFaults faults_of(const Solution& s) {
     if (by_passings && v.passings.of_intervals.size() == own.size()) {
       const double worst = whole.passings.worst();
       for (Eigen::Index i = 0; i < own.size(); ++i)
-        if (v.passings.of_intervals[i] >= kWorstPassed * worst)
+        if (v.passings.of_intervals[i] >= kWorst * worst)
           own[i] = std::max(own[i], v.passings.of_intervals[i] / s.demands.between);
     }
     const double most = v.cost_errors.size() > 0 ? v.cost_errors.cwiseAbs().maxCoeff() : 0;
@@ -114,125 +115,177 @@ std::vector<double> split(const Trajectory& motion, const VectorXd& faults) {
   return nodes;
 }
 
-// What moves by rounding alone, beside others of its kind, stands still: nominal values are taken from a start.
+// What moves by no more than a solver's tolerance, beside others of its kind, stands still: nominal values are taken from a start, and rows in units
+// of noise cannot be met.
 void make_still(Eigen::Ref<Eigen::MatrixXd> values) {
-  constexpr double kRounding = 1e-13;
+  constexpr double kNoise = 1e-8;
   if (values.size() == 0) return;
-  const double least = kRounding * values.cwiseAbs().maxCoeff();
+  const double least = kNoise * values.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 0; i < values.rows(); ++i) {
     const double first = std::abs(values(i, 0)) < least ? 0 : values(i, 0);
     if ((values.row(i).array() - first).abs().maxCoeff() < least) values.row(i).setConstant(first);
   }
 }
 
+// What was found on a mesh.
+struct EarlierMesh {
+  double cost;
+  std::vector<Trajectory> motions;  // a phase
+};
+
+bool is_settled(const Solution& s) { return s.nlp.status == SolveStatus::kSettled; }
+
 class Refinement {
  public:
   Refinement(std::unique_ptr<StagedNlp>& program, Solution& solution, const RefineSteps& steps)
-      : program_(program), solution_(solution), steps_(steps) {}
+      : program_(program),
+        solution_(solution),
+        steps_(steps),
+        is_compared_(std::isfinite(solution.cost_change)) {}
 
   void run() {
-    for (int k = 0; k < steps_.refinements; ++k) {
-      MeshFaults faults = next_faults();
-      if (faults.empty()) return;
-      if (solve_on(faults, From::kMotion)) continue;
-      // A mesh may have no motion near the last one, where an obstacle stands between its points: all is halved, and then all is begun anew.
-      for (VectorXd& f : faults) f.setConstant(kAtFault);
-      const bool may_help = last_ != SolveStatus::kIterationLimit;
-      if (!(may_help && solve_on(faults, From::kMotion)) && !solve_on(faults, From::kGuess)) return;
-    }
+    int k = 0;
+    do {
+      for (; k < steps_.refinements; ++k) {
+        MeshFaults faults = next_faults();
+        if (faults.empty()) break;
+        if (solve_on(split_by(faults), From::kMotion)) continue;
+        // A mesh may have no motion near the last one, where an obstacle stands between its points: all is halved, and then all is begun anew.
+        for (VectorXd& f : faults) f.setConstant(kAtFault);
+        const bool may_help = last_ != SolveStatus::kIterationLimit;
+        if (!(may_help && solve_on(split_by(faults), From::kMotion)) &&
+            !solve_on(split_by(faults), From::kGuess))
+          break;
+      }
+    } while (is_settled(solution_) && finish_mesh());
   }
 
  private:
   // Empty where the mesh is good, or another one would not help.
   MeshFaults next_faults() {
     const Solution& s = solution_;
-    const bool can_help = is_nearly_feasible(s) || (s.converged() && is_feasible(s.verification, s.demands));
+    const bool can_help =
+        is_settled(s) || is_nearly_feasible(s) || (s.converged() && is_feasible(s.verification, s.demands));
     if (!can_help) return {};
     MeshFaults faults = faults_of(s);
     if (steps_.add_faults) steps_.add_faults(s, faults);
     if (has_fault(faults)) return faults;
-    if (!std::isfinite(steps_.cost_change) || s.cost_change <= steps_.cost_change) return {};
-    if (before_.empty()) {  // one mesh so far: all is looked at once more
+    if (!std::isfinite(steps_.cost_change)) return {};
+    const double most = is_settled(s) ? std::max(kSettledCost, steps_.cost_change) : steps_.cost_change;
+    if (is_compared_ && s.cost_change <= most) return {};
+    const std::optional<EarlierMesh> before = std::exchange(coarser_, EarlierMesh{s.cost(), motions()});
+    is_compared_ = true;
+    if (before) {
+      for (std::size_t i = 0; i < faults.size(); ++i)
+        faults[i] =
+            changes_of_controls(program_->problem(i), before->motions[i], s.phases[i].motion) / kSameControls;
+    }
+    if (!before || !has_fault(faults))
       for (VectorXd& f : faults) f.setConstant(kAtFault);
-      return faults;
-    }
-    double most = 0;
-    MeshFaults changes;
-    for (std::size_t i = 0; i < before_.size(); ++i) {
-      changes.push_back(changes_of_controls(program_->problem(i), before_[i], s.phases[i].motion));
-      if (changes.back().size() > 0) most = std::max(most, changes.back().maxCoeff());
-    }
-    for (VectorXd& f : changes)
-      f = most > 0 ? VectorXd(f / (kMargin * most)) : VectorXd::Constant(f.size(), kAtFault);
-    return changes;
+    return faults;
   }
 
   enum class From { kMotion, kGuess };
+  using Nodes = std::vector<std::vector<double>>;  // of each phase
 
-  // False where the finer mesh is given up, and the coarser motion stays.
-  bool solve_on(const MeshFaults& faults, From from) {
-    solution_.refinement_trouble.clear();
-    std::vector<Trajectory> motions;
-    std::vector<std::vector<double>> nodes;
-    int intervals = 0;
-    for (std::size_t i = 0; i < solution_.phases.size(); ++i) {
-      motions.push_back(solution_.phases[i].motion);
-      nodes.push_back(split(motions.back(), faults[i]));
-      intervals += int(nodes.back().size()) - 1;
-    }
-    if (intervals > steps_.most_intervals) return false;
+  Nodes split_by(const MeshFaults& faults) const {
+    Nodes nodes;
+    for (std::size_t i = 0; i < solution_.phases.size(); ++i)
+      nodes.push_back(split(solution_.phases[i].motion, faults[i]));
+    return nodes;
+  }
+
+  std::vector<Trajectory> motions() const {
+    std::vector<Trajectory> all;
+    for (const SolvedPhase& phase : solution_.phases) all.push_back(phase.motion);
+    return all;
+  }
+
+  // Options of the next solve, by the method that solved last; nothing where no iterations are left.
+  std::optional<OptimiseOptions> next_options() const {
     OptimiseOptions options = steps_.options();
-    const bool by_other = solution_.nlp.is_by_other_method;  // which then solves the finer meshes as well
-    if (by_other)
+    if (solution_.nlp.is_by_other_method)
       options.solver.method =
           options.solver.method == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt;
     options.cost_at_start = solution_.cost_at_start;
+    if (options.solver.max_iterations == 0 || options.solver.stop.stop_requested()) return {};
+    return options;
+  }
+
+  // Solves the mesh to the end whose cost has settled: with its multipliers, and if that fails without.  False where both fail: the solution
+  // says how.
+  bool finish_mesh() {
+    const std::vector<double> start = solution_.nlp.x;
+    const auto settled = std::make_shared<const NlpSolution>(solution_.nlp);
+    for (const std::shared_ptr<const NlpSolution>& from : {settled, std::shared_ptr<const NlpSolution>()}) {
+      std::optional<OptimiseOptions> options = next_options();
+      if (!options) break;
+      options->solver.stop_when_settled = false;
+      options->solver.warm = from;
+      solution_.refinement_trouble.clear();
+      take(nullptr, optimise(*program_, start, *options), "");
+      if (solution_.converged()) return true;
+    }
+    return false;
+  }
+
+  // False where the finer mesh is given up, and the coarser motion stays.
+  bool solve_on(const Nodes& nodes, From from) {
+    solution_.refinement_trouble.clear();
+    int intervals = 0;
+    for (const std::vector<double>& of_phase : nodes) intervals += int(of_phase.size()) - 1;
+    if (intervals > steps_.most_intervals) return false;
+    std::optional<OptimiseOptions> options = next_options();
+    if (!options) return false;
     if (from == From::kMotion) {
       const int most = kMostOfLast * std::max(solution_.nlp.iterations(), kLeastIterations);
-      options.solver.max_iterations = std::min(options.solver.max_iterations, most);
+      options->solver.max_iterations = std::min(options->solver.max_iterations, most);
     }
-    if (options.solver.max_iterations == 0 || options.solver.stop.stop_requested()) return false;
     if (steps_.begin) steps_.begin(intervals);
     const std::string where = "the mesh of " + std::to_string(intervals) + " intervals: ";
     try {
       auto program = std::make_unique<StagedNlp>(discretize(program_->program(), nodes));
       if (steps_.prepare) steps_.prepare(*program);
       const std::vector<double> start =
-          from == From::kMotion ? warm_start(motions, *program) : program->start();
-      Solution fine = optimise(*program, start, options);
-      fine.nlp.is_by_other_method = fine.nlp.is_by_other_method != by_other;
-      take(std::move(program), std::move(fine), motions, where);
+          from == From::kMotion ? warm_start(motions(), *program) : program->start();
+      Solution fine = optimise(*program, start, *options);
+      take(std::move(program), std::move(fine), where);
     } catch (const Error& e) {  // too large, or without a finite value at the start
       solution_.refinement_trouble = where + e.what();
     }
     return solution_.refinement_trouble.empty();
   }
 
-  void take(std::unique_ptr<StagedNlp> program, Solution fine, const std::vector<Trajectory>& motions,
-            const std::string& where) {
-    fine.meshes = std::move(solution_.meshes);
-    fine.meshes.push_back(round_of(fine));
-    last_ = fine.nlp.status;
-    if (steps_.solved) steps_.solved(fine);
-    if (!fine.converged()) {
-      solution_.meshes = std::move(fine.meshes);
-      solution_.refinement_trouble = where + describe(fine.nlp.status);
+  // `program`: null where the mesh is the same.
+  void take(std::unique_ptr<StagedNlp> program, Solution next, const std::string& where) {
+    next.nlp.is_by_other_method = next.nlp.is_by_other_method != solution_.nlp.is_by_other_method;
+    next.meshes = std::move(solution_.meshes);
+    next.meshes.push_back(round_of(next));
+    last_ = next.nlp.status;
+    if (steps_.solved) steps_.solved(next);
+    if (program && !next.converged() && !is_settled(next)) {
+      solution_.meshes = std::move(next.meshes);
+      solution_.refinement_trouble = where + describe(next.nlp.status);
       return;
     }
-    const double size = std::max({std::abs(fine.cost()), fine.verification.cost_size, 1e-300});
-    fine.cost_change = std::abs(fine.cost() - solution_.cost()) / size;
-    fine.derivatives = solution_.derivatives;
-    fine.check_seconds += solution_.check_seconds;
-    fine.build_seconds = solution_.build_seconds;
-    solution_ = std::move(fine);
-    program_ = std::move(program);
-    before_ = motions;
+    next.derivatives = solution_.derivatives;
+    next.check_seconds += solution_.check_seconds;
+    next.build_seconds = solution_.build_seconds;
+    next.cost_change = solution_.cost_change;
+    if (program) {
+      const double size = std::max({std::abs(next.cost()), next.verification.cost_size, 1e-300});
+      next.cost_change = std::abs(next.cost() - (coarser_ ? coarser_->cost : solution_.cost())) / size;
+      program_ = std::move(program);
+    }
+    solution_ = std::move(next);
   }
 
   std::unique_ptr<StagedNlp>& program_;
   Solution& solution_;
   const RefineSteps& steps_;
-  std::vector<Trajectory> before_;  // of the mesh before
+  // The cost is compared with this one: since, all was split in which controls changed.
+  std::optional<EarlierMesh> coarser_;
+  bool is_compared_;  // or was, in the earlier solution that the solve began with
   SolveStatus last_ = SolveStatus::kSolved;
 };
 
@@ -292,6 +345,7 @@ std::vector<double> start_of(const StagedNlp& program, SolveOptions& options) {
 
 Solution solve_program(std::unique_ptr<StagedNlp> program, double build_seconds, SolveOptions options) {
   const std::vector<double> start = start_of(*program, options);
+  options.solver.stop_when_settled = options.verify && options.refinements > 0;
   Solution solution = optimise(*program, start, options);
   if (options.warm) solution.cost_change = options.warm->cost_change;  // the mesh is as fine
   options.solver.warm = nullptr;

@@ -12,8 +12,10 @@
 //
 // Steps: optimise() on the first mesh.  While the verification finds an interval whose re-simulation differs, a row that is passed
 // between points, or costs that the quadrature misses, split the intervals where that is, and solve again from the last motion.  If more
-// than a quarter of the intervals is at fault, halve all.  If asked for (`cost_change`), solve on finer meshes until the cost does
-// not change; these split the intervals in which the controls of the last two meshes differ most.
+// than a quarter of the intervals is at fault, halve all.  If asked for (`cost_change`), halve all intervals once more and compare the
+// costs; while they differ, split all intervals in which the controls of the two meshes differ.
+//
+// A mesh that will be refined is solved until its cost has settled (settling.h); the last one is solved to the end.
 //
 // The first mesh: options.mesh, by default 20 intervals of radau-3; with `warm` the last mesh of that solution.  `is_graded` adds a node
 // behind each instant at which a constraint stands (at_fraction()), because controls may jump there.
@@ -34,10 +36,10 @@ struct SolveOptions : OptimiseOptions {
 
   // An earlier solution of the problem, or of one whose values differ: begins on its last mesh, with its point and multipliers.
   std::shared_ptr<const Solution> warm = {};
-  int refinements = 12;       // at most
+  int refinements = 20;       // at most
   int most_intervals = 5000;  // of all phases together
   double cost_change =
-      1e-4;  // most that the cost may change from the last mesh but one to the last, relative; infinite: not asked
+      1e-4;  // most that the cost may differ from a mesh twice as coarse where controls change, relative; infinite: not asked
   bool is_graded = true;
 };
 

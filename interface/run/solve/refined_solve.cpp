@@ -141,6 +141,7 @@ class Rounds : SolveRounds {
     options.enter = [this](OptimiseStep step) { tell(stage_of(step)); };
     options.solver.max_iterations = std::max(options.solver.max_iterations - iterations_, 0);
     options.solver.max_seconds = std::max(options.solver.max_seconds - processor_seconds_, kLeastSecondsLeft);
+    options.solver.stop_when_settled = task_.demands.refinements > 0 && !task_.simulated;
     options.demands = task_.demands;
     options.check_derivatives = options.check_derivatives && report_.meshes.empty();
     return options;
@@ -180,7 +181,7 @@ class Rounds : SolveRounds {
     steps.begin = [this](int intervals) { ++moment_.refinement, moment_.intervals = intervals; };
     steps.solved = [this](const Solution& s) {
       note(s);
-      if (s.converged()) look_at(s);
+      if (s.converged() || s.nlp.status == SolveStatus::kSettled) look_at(s);
     };
     return steps;
   }
