@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/table.h>
 
 namespace dyntape {
 
@@ -22,7 +22,60 @@ void append(Eigen::VectorXd& all, const Eigen::VectorXd& more) {
   all.tail(more.size()) = more;
 }
 
+// Of what the solver calls solved: which of the conditions of an optimum does not hold.
+std::string of_not_optimal(const Solution& s) {
+  const KktResiduals& kkt = s.kkt;
+  if (kkt.stationarity <= s.demands.stationarity && kkt.complementarity <= s.demands.complementarity)
+    return "The motion is stationary, but it is not a minimum: the cost falls along a direction of negative "
+           "curvature, and no better optimum was found along it; expected another guess, or a start beside "
+           "the symmetric one.";
+  const bool is_stationary = kkt.stationarity <= s.demands.stationarity;
+  return std::string("The solver reports success, but the motion is not shown to be an optimum: ") +
+         (is_stationary ? "complementarity" : "stationarity") + ", computed anew, is " +
+         io::scientific(is_stationary ? kkt.complementarity : kkt.stationarity) + ", where " +
+         io::scientific(is_stationary ? s.demands.complementarity : s.demands.stationarity) +
+         " is allowed; " +
+         (is_stationary ? "limits are kept at a distance, as by a barrier that is left."
+                        : "constraints that nearly depend on each other can look like this.");
+}
+
+// "v.elbow is off by 95.0 in interval 12 of 50, 3.7e-01 of its motion, where 1.0e-03 is allowed"
+std::string defect_of(const Solution& s) {
+  const Verification& v = s.verification;
+  return v.worst_state + " is off by " + io::significant(v.worst_state_defect, 3) + " in interval " +
+         std::to_string(v.worst_interval) + " of " + std::to_string(v.relative_defect.size()) + ", " +
+         io::scientific(v.worst_relative) + " of its motion, where " +
+         io::scientific(s.demands.integration_error) + " is allowed";
+}
+
+std::string of_coarse(const Solution& s) {
+  const Verification& v = s.verification;
+  const std::string begin = "Solved, but too coarse: ", why = of_mesh(s);
+  if (!(v.worst_relative <= s.demands.integration_error))
+    return begin + "re-simulated, " + defect_of(s) + why;
+  if (!(v.passings.worst() <= s.demands.between))
+    return begin + "the motion exceeds a bound: " + v.passings.rows.front().text() + why;
+  return begin + "the motion costs " + io::significant(v.true_cost, 6) + " instead of " +
+         io::significant(v.cost, 6) + why;
+}
+
 }  // namespace
+
+std::string of_violated(const Solution& s) {
+  const Verification& v = s.verification;
+  if (is_feasible(v, s.demands) || v.worst_row.empty()) return "";
+  return " The constraint violated most is " + v.worst_row + ", by " + io::scientific(v.violation) +
+         " of its magnitude.";
+}
+
+std::string of_mesh(const Solution& s) {
+  if (!s.refinement_trouble.empty()) return "; a finer mesh was given up, " + s.refinement_trouble;
+  int refinements = 0;  // a mesh may be solved twice
+  for (std::size_t k = 1; k < s.meshes.size(); ++k)
+    refinements += s.meshes[k].intervals != s.meshes[k - 1].intervals;
+  return refinements > 0 ? " after " + std::to_string(refinements) + " refinements of the mesh."
+                         : ": use more intervals, or let the mesh be refined.";
+}
 
 bool is_optimal(const KktResiduals& kkt, StationaryPoint order, const VerifyOptions& demands) {
   return kkt.stationarity <= demands.stationarity && kkt.complementarity <= demands.complementarity &&
@@ -45,28 +98,15 @@ int Solution::iterations() const {
 
 std::string Solution::verdict() const {
   const Verification& v = verification;
-  const auto digits = [](double value) { return io::with_digits(value, 2); };
-  const std::string coarse = refinement_trouble.empty()
-                                 ? std::string("; use more intervals")
-                                 : "; a finer mesh was given up, " + refinement_trouble;
-  const std::string violated =
-      "; the constraint violated most is " + v.worst_row + ", by " + digits(v.violation);
-  if (!converged()) return describe(nlp.status) + (is_feasible(v, demands) ? "" : violated);
-  if (success()) return "solved, and verified";
+  if (!converged()) return describe(nlp.status) + of_violated(*this);
   if (!is_feasible(v, demands))
-    return "solved, but " + v.worst_row + " is violated by " + digits(v.violation);
-  if (!v.trouble.empty()) return "solved, but " + v.trouble;
-  if (!(v.worst_relative <= demands.integration_error))
-    return "solved, but an interval differs from its re-simulation by " + digits(v.worst_relative) +
-           " of the motion" + coarse;
-  if (!(v.passings.worst() <= demands.between))
-    return "solved, but " + v.passings.rows.front().text() + coarse;
-  if (!(v.cost_error <= demands.cost_error))
-    return "solved, but the motion costs " + io::with_digits(v.true_cost, 6) + " instead of " +
-           io::with_digits(v.cost, 6) + coarse;
-  if (nlp.stationary_point == StationaryPoint::kNotMinimum)
-    return "solved, but the cost falls along a direction from here: it is no minimum";
-  return "solved, but its multipliers do not show it to be an optimum";
+    return "The solver reports success, but the motion violates " + v.worst_row + " by " +
+           io::scientific(v.violation) + " of its magnitude.";
+  if (!is_optimal(kkt, nlp.stationary_point, demands)) return of_not_optimal(*this);
+  if (!v.trouble.empty())
+    return "The solver reports success, but the motion cannot be re-simulated: " + v.trouble + ".";
+  if (!is_accurate(v, demands)) return of_coarse(*this);
+  return "A local optimum was found and verified.";
 }
 
 Trajectory whole_motion(const std::vector<SolvedPhase>& phases,

@@ -96,8 +96,13 @@ struct Solution {
   }
   double cost() const { return nlp.objective; }
   int iterations() const;       // on all meshes
-  std::string verdict() const;  // one sentence
+  std::string verdict() const;  // a sentence for people, the same for `dyntape solve`, C++ and Python
 };
+
+// Parts of verdicts.  " The constraint violated most is goal of panda_hand[0], by 2.1e-01 of its magnitude.", or "" where all hold.
+std::string of_violated(const Solution& solution);
+// What was done about the mesh, or could be: " after 3 refinements of the mesh."
+std::string of_mesh(const Solution& solution);
 
 // One motion of several; `controls` names those of the whole in their order, empty: as they appear.
 Trajectory whole_motion(const std::vector<SolvedPhase>& phases,
