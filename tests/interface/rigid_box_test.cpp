@@ -76,6 +76,22 @@ TEST(RigidBoxes, ImpactsOfNearbyStartsAreAsMany) {
   EXPECT_LT(*most, 2 * *fewest);
 }
 
+// A ball on the ground, with less velocity than a fall through 1e-8 m gives: it rests there, neither lifted nor sunk by u h / 2 =
+// 1.5e-6 m, and what it loses is what it had, 1 kg (3e-4 m/s)^2 / 2.
+TEST(RigidBoxes, WhatRestsIsWhereItTouched) {
+  for (const double velocity : {3e-4, -3e-4}) {
+    Scene scene = shipped("rigid_bounce");
+    scene.q[2] = 0.1, scene.v.setZero(), scene.v[2] = velocity;
+    scene.step = scene.sample = scene.duration = 1e-2;
+    const SimulatedMotion motion = run(scene);
+    const int last = motion.samples() - 1;
+    EXPECT_NEAR(motion.q(2, last), 0.1, 1e-13) << velocity;
+    EXPECT_NEAR(motion.v(2, last), 0, 1e-15) << velocity;
+    EXPECT_LT(motion.energy_error(), 1e-15) << velocity;
+    EXPECT_EQ(motion.impacts, 0) << velocity;
+  }
+}
+
 // All but at rest on its corners it must not rattle: it did, for ever, fed by what closed contacts do to tiny gaps.
 TEST(RigidBoxes, ABoxThatAllButRestsDoesNotRattle) {
   for (const double tilt : {2e-10, 1e-7, 1e-5}) {
