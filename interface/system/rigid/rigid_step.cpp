@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 
 constexpr double kTouch = 1e-11;   // m or rad: what is nearer touches
 constexpr double kRest = 1e-8;     // what bounces no higher rests
-constexpr double kGrazes = 1e-6;   // what passes its limit by no more than this need not be an impact
+constexpr double kGrazes = 1e-6;   // what is beyond by no more may start there, or pass without an impact
 constexpr double kLeft = 1e-9;     // what presses no more is open beyond it
 constexpr double kRounded = 1e-8;  // of what they answer to: forces no farther off are solved to rounding
 constexpr double kDecay = 0.2;     // beta
@@ -68,12 +68,12 @@ void RigidStepper::start(const VectorXd& x) {
   const double still = 1e-12 * (1 + x.segment(scene_.model.nq, scene_.model.nv).cwiseAbs().maxCoeff());
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const double gap = near.gap[Eigen::Index(i)];
-    if (!(gap >= -kLeft)) {
+    if (!(gap >= -kGrazes)) {
       const bool is_contact = i < scene_.constraints.rigid.contacts.size();
       throw ArgumentError((is_contact ? "the contact at '" : "joint '") + scene_.constraints.rigid.name(i) +
                           "' is " + io::with_digits(-gap, 3) +
                           (is_contact ? " m below its ground" : " beyond its limit") +
-                          "; expected it to touch, or to be clear of it");
+                          "; expected at most 1e-6, or to be clear of it");
     }
     is_closed_[i] = gap <= kLeft && std::abs(near.u[first_row_[i]]) <= still;
   }

@@ -70,7 +70,7 @@ class RigidStepper {
   // Implicit schemes answer to forces by their Jacobian.
   static bool needs_jacobians(Integrator integrator);
 
-  // What touches at x = (q, v, ...) is closed.  ArgumentError where a gap is negative, with by how much.
+  // What touches at x = (q, v, ...) is closed.  ArgumentError where a gap is below -1e-6 m or rad, with by how much.
   void start(const Eigen::VectorXd& x);
 
   // False where there is no step, and *why says what happened.
