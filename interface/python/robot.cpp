@@ -173,11 +173,33 @@ std::vector<const dynamics::Joint<double>*> own_joints(const Robot& robot) {
   return joints;
 }
 
+// Narrows a leader's limits to those within which a follower, multiplier * leader + offset, keeps its own.
+void narrow(dynamics::JointLimits& leader, const dynamics::MimicRule& rule,
+            const dynamics::JointLimits& follower) {
+  if (rule.multiplier == 0) return;
+  const double a = (follower.lower - rule.offset) / rule.multiplier;
+  const double b = (follower.upper - rule.offset) / rule.multiplier;
+  leader.lower = std::max(leader.lower, std::min(a, b));
+  leader.upper = std::min(leader.upper, std::max(a, b));
+  leader.velocity = std::min(leader.velocity, follower.velocity / std::abs(rule.multiplier));
+}
+
+dynamics::JointLimits limits_with_followers(const Robot& robot, const dynamics::Joint<double>& joint) {
+  dynamics::JointLimits limits = joint.limits;
+  for (const dynamics::MimicRule& rule : dynamics::resolved(robot.urdf.mimics)) {
+    if (rule.leader != joint.name) continue;
+    for (const auto& follower : robot.model().joints)
+      if (follower.name == rule.joint) narrow(limits, rule, follower.limits);
+  }
+  return limits;
+}
+
 // (nv) one of a joint's limits; infinite where there is none.
 nb::object limits(const Robot& robot, double dynamics::JointLimits::*which, double none) {
   std::vector<double> all;
   for (const auto* joint : own_joints(robot)) {
-    const double limit = dynamics::is_single(joint->type) ? joint->limits.*which : none;
+    const bool has_limits = dynamics::is_single(joint->type);
+    const double limit = has_limits ? limits_with_followers(robot, *joint).*which : none;
     all.insert(all.end(), static_cast<std::size_t>(dynamics::nv(joint->type)), limit);
   }
   return copy_of(all.data(), {robot.nv});
@@ -215,13 +237,16 @@ void bind_facts(nb::class_<Robot>& robot) {
           "(3,) acceleration of free fall, m/s^2, in the world's axes.")
       .def_prop_ro(
           "lower_limits", [](const Robot& r) { return limits(r, &Limits::lower, -kNone); },
-          "(nv,) lowest positions, rad or m; -inf where there is no limit.")
+          "(nv,) lowest positions, rad or m, of a joint and of those that follow it; -inf where there is no "
+          "limit.")
       .def_prop_ro(
           "upper_limits", [](const Robot& r) { return limits(r, &Limits::upper, kNone); },
-          "(nv,) highest positions, rad or m; inf where there is no limit.")
+          "(nv,) highest positions, rad or m, of a joint and of those that follow it; inf where there is no "
+          "limit.")
       .def_prop_ro(
           "velocity_limits", [](const Robot& r) { return limits(r, &Limits::velocity, kNone); },
-          "(nv,) largest speeds, rad/s or m/s; inf where there is no limit.")
+          "(nv,) largest speeds, rad/s or m/s, of a joint and of those that follow it; inf where there is no "
+          "limit.")
       .def_prop_ro(
           "effort_limits", [](const Robot& r) { return limits(r, &Limits::effort, kNone); },
           "(nv,) largest torques, N m or N; inf where there is no limit.")

@@ -6,6 +6,7 @@
 #include <boost/property_tree/info_parser.hpp>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
@@ -192,6 +193,23 @@ TEST(Advice, KeepsTheDigitsAndItsKeysAreRead) {
   EXPECT_TRUE(report.success()) << report.verdict();
   EXPECT_NEAR(report.solution.cost(), 58.8076674582, 58.8 * 1e-5);
   EXPECT_LE(report.solution.verification.worst_relative, 1e-5);
+}
+
+// The shortest time with a force of 100 N at most, of 1 kg over 0.7 m from 1 m/s to rest: T = (2 sqrt(v^2 / 2 + a d) - v) / a.  Its force
+// jumps between points of every mesh, by which all schemes on that mesh are off alike.
+TEST(Advice, KnowsHowFarAShortestTimeIsOff) {
+  const std::string path = testing::TempDir() + "shortest_time.info";
+  {
+    std::ofstream file(path);
+    file << "robot { urdf " << test::source_folder() << "/config/robots/block.urdf }\n"
+         << "horizon { duration 1\nmin_duration 0.02\nmax_duration 5\nintervals 10 }\n"
+         << "start { q { slider 0.3 }\nv { slider 1 } }\ngoal { q { slider 1 } }\ncosts { time 1 }\n";
+  }
+  const Advice advice = advise(read_task(path), {.digits = 6, .seconds = 10});
+  std::remove(path.c_str());
+  const double shortest = (2 * std::sqrt(0.5 + 70) - 1) / 100;
+  EXPECT_LE(std::abs(advice.reference - shortest) / shortest, 3 * advice.known_to);
+  EXPECT_LT(advice.known_to, 1e-3);
 }
 
 TEST(Advice, TellsWhereThereIsNothingToChoose) {

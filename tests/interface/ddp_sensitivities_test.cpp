@@ -229,6 +229,26 @@ TEST(DdpSensitivities, SayWhereThereAreNone) {
   EXPECT_EQ(solve_with_ddp(led_pendulum(), options).sensitivities.status, SensitivityStatus::kNotASolution);
 }
 
+// Two motors that push the same mass: only the sum of their forces is known, of one problem and of many, with limits or without.
+TEST(DdpSensitivities, OfTheMotionAreNoneWhereControlsShareAForce) {
+  for (const double limit : {HUGE_VAL, 10.0}) {
+    Problem p("pair", {"p", "v"}, {"a", "b"}, 1,
+              [](const auto& s) { return vector(s.x[1], s.u[0] + s.u[1]); });
+    const Parameter force = p.parameters.add("force", 1.0);
+    p.add(running_squares("off", [force](const auto& s) { return vector(s.u[0] + s.u[1] - force(s)[0]); }));
+    p.start << 0, 0;
+    p.u.lower.setConstant(-limit), p.u.upper.setConstant(limit);
+    DdpBatch batch(p, options_of(SensitivitiesOf::kMotion));
+    const DdpSolution together = batch.solve({.starts = p.start})[0], alone = batch.solver().solve();
+    for (const DdpSolution* s : {&together, &alone}) {
+      ASSERT_TRUE(s->converged());
+      EXPECT_EQ(s->sensitivities.status, SensitivityStatus::kNoStrictMinimum) << limit;
+      EXPECT_TRUE(s->sensitivities.parameters.u.array().isNaN().all()) << limit;
+      EXPECT_NEAR(s->sensitivities.parameters.cost[0], 0, 1e-9) << limit;
+    }
+  }
+}
+
 // A mass that is pushed along a line, whose limit is exactly what the free solution takes at first.
 TEST(DdpSensitivities, SayThatALimitIsWeaklyHeld) {
   const auto pushed = [](double limit) {

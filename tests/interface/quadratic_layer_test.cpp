@@ -319,6 +319,32 @@ TEST(QuadraticLayer, FindsSmallDescent) {
   }
 }
 
+// Distances and multipliers of all sizes down to 1e-10: the solution is known, and no row is too near to be decided.
+TEST(QuadraticLayer, FindsSolutionsBesideNearlyActiveRows) {
+  Draw draw(11);
+  std::mt19937 engine(12);
+  std::uniform_real_distribution<double> exponent(-10, 1), share(0, 1);
+  for (int trial = 0; trial < 1000; ++trial) {
+    const Eigen::Index n = 1 + trial % 4, rows = 5;
+    QuadraticProgram p;
+    const MatrixXd root = draw.matrix(n, n);
+    p.Q = root * root.transpose() + MatrixXd::Identity(n, n);
+    p.A = MatrixXd(0, n), p.b = VectorXd(0), p.G = draw.matrix(rows, n);
+    const VectorXd x = draw.vector(n);
+    VectorXd slack = VectorXd::Zero(rows), lambda = slack;
+    Eigen::Index active = 0;
+    for (Eigen::Index j = 0; j < rows; ++j) {
+      const bool holds = share(engine) < 0.4 && active < n;
+      active += holds;
+      (holds ? lambda : slack)[j] = std::pow(10, exponent(engine));
+    }
+    p.h = p.G * x + slack, p.q = -(p.Q * x + p.G.transpose() * lambda);
+    const QuadraticLayer layer(p);
+    ASSERT_EQ(layer.outcome(), QpStatus::kSolved) << trial << ": " << layer.why();
+    EXPECT_LT((layer.solution().x - x).norm(), 1e-10 * (1 + x.norm())) << trial;
+  }
+}
+
 TEST(QuadraticLayer, RefusesWhatDoesNotFit) {
   const MatrixXd I = MatrixXd::Identity(2, 2);
   const VectorXd q = VectorXd::Ones(2);

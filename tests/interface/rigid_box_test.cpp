@@ -3,6 +3,8 @@
 // Boxes that come to rest on four corners, which depend on each other.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "shipped_scenes.h"
 
 namespace dyntape::rigid_box_test {
@@ -50,9 +52,43 @@ TEST(RigidBoxes, ATumblingBoxComesToRestByEveryScheme) {
         EXPECT_LT(motion.v.col(last).norm(), 1e-9) << scene.name;
         EXPECT_NEAR(motion.q(2, last), 0.05, 1e-8) << scene.name;
         EXPECT_NEAR(upward_force(scene, motion.reactions.col(last)), 2 * kGravity, 1e-7) << scene.name;
-        EXPECT_LT(motion.impacts, 300) << scene.name;
+        EXPECT_LT(motion.impacts, 100) << scene.name;
       }
     }
+  }
+}
+
+// How often a box hits the ground before it rests depends on its start, but not by much: what contacts keep of velocities when they
+// close was lifted over a long step, 1e-8 m of a fall to 1e-6 m, and some starts rattled four times as long as others.
+TEST(RigidBoxes, ImpactsOfNearbyStartsAreAsMany) {
+  std::vector<long> counts;
+  for (int start = 0; start < 12; ++start) {
+    Scene scene = shipped("tumbling_box");
+    scene.integrator = Integrator::kRungeKutta4;
+    scene.step = scene.sample = 1e-2;
+    scene.q[2] += 1e-3 * start;
+    const SimulatedMotion motion = simulate(scene);
+    ASSERT_EQ(motion.trouble, "") << start;
+    EXPECT_LT(motion.v.col(motion.samples() - 1).norm(), 1e-9) << start;
+    counts.push_back(motion.impacts);
+  }
+  const auto [fewest, most] = std::minmax_element(counts.begin(), counts.end());
+  EXPECT_LT(*most, 2 * *fewest);
+}
+
+// A ball on the ground, with less velocity than a fall through 1e-8 m gives: it rests there, neither lifted nor sunk by u h / 2 =
+// 1.5e-6 m, and what it loses is what it had, 1 kg (3e-4 m/s)^2 / 2.
+TEST(RigidBoxes, WhatRestsIsWhereItTouched) {
+  for (const double velocity : {3e-4, -3e-4}) {
+    Scene scene = shipped("rigid_bounce");
+    scene.q[2] = 0.1, scene.v.setZero(), scene.v[2] = velocity;
+    scene.step = scene.sample = scene.duration = 1e-2;
+    const SimulatedMotion motion = run(scene);
+    const int last = motion.samples() - 1;
+    EXPECT_NEAR(motion.q(2, last), 0.1, 1e-13) << velocity;
+    EXPECT_NEAR(motion.v(2, last), 0, 1e-15) << velocity;
+    EXPECT_LT(motion.energy_error(), 1e-15) << velocity;
+    EXPECT_EQ(motion.impacts, 0) << velocity;
   }
 }
 

@@ -187,6 +187,32 @@ def test_followers_have_no_entries():
         robot.neutral()
 
 
+def test_limits_of_a_leader_are_those_of_its_followers_too():
+    def joint(name, axis, limit, mimic=""):
+        return (
+            f'<joint name="{name}" type="prismatic"><parent link="base"/><child link="{name}_link"/><axis xyz="{axis}"/>'
+            f'<limit {limit} effort="20"/>{mimic}</joint><link name="{name}_link"><inertial><mass value="1"/>'
+            '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        )
+
+    text = (
+        '<robot name="r"><link name="base"/>'
+        + joint("leader", "1 0 0", 'lower="-1" upper="1" velocity="10"')
+        + joint("twice", "1 0 0", 'lower="-0.5" upper="1.1" velocity="3"', '<mimic joint="leader" multiplier="2" offset="0.1"/>')
+        + joint("against", "0 1 0", 'lower="-0.6" upper="0.2" velocity="9"', '<mimic joint="twice" multiplier="-1" offset="0"/>')
+        + "</robot>"
+    )
+    robot = dyntape.load_text(text, mimic=True)
+    # twice = 2 leader + 0.1 within -0.5 .. 1.1, against = -twice within -0.6 .. 0.2: leader within -0.15 .. 0.25
+    np.testing.assert_allclose(robot.lower_limits, [-0.15], rtol=1e-15)
+    np.testing.assert_allclose(robot.upper_limits, [0.25], rtol=1e-15)
+    np.testing.assert_allclose(robot.velocity_limits, [1.5], rtol=1e-15)
+    assert robot.effort_limits.tolist() == [20]
+    free = dyntape.load_text(text)
+    assert free.joints == ["against", "leader", "twice"]
+    assert free.lower_limits.tolist() == [-0.6, -1, -0.5] and free.velocity_limits.tolist() == [9, 10, 3]
+
+
 def test_copies_have_the_same_content(panda, random):
     q, v, a = states(panda, random, 9)
     for twin in (pickle.loads(pickle.dumps(panda)), copy.copy(panda), copy.deepcopy(panda)):

@@ -10,6 +10,7 @@
 // H (m x m), symmetric; g, lower, upper, b (m).
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include <dyntape/autodiff/scalars/pack.h>
@@ -29,6 +30,23 @@ class LaneControls {
   }
 
   const P* u() const { return u_.data(); }
+
+  // Of H among what is at no limit: the least pivot of its factorisation, infinite where all is, and the largest diagonal entry.
+  P least_pivot() const {
+    P least(HUGE_VAL);
+    for (int i = 0; i < m_; ++i)
+      least = min(least, select(free_[i], L_[i * m_ + i] * L_[i * m_ + i], P(HUGE_VAL)));
+    return least;
+  }
+  P largest_curvature() const {
+    P largest(0);
+    for (int i = 0; i < m_; ++i) {
+      P own(0);
+      for (int k = 0; k <= i; ++k) own += L_[i * m_ + k] * L_[i * m_ + k];
+      largest = max(largest, select(free_[i], own, P(0)));
+    }
+    return largest;
+  }
 
   M minimise(const P* H, const P* g, const P* lower, const P* upper, const M& wanted) {
     if (lower) return minimise_within(H, g, lower, upper, wanted);

@@ -199,7 +199,7 @@ void add_sensitivities(const LaneSetup& setup, int n_x, BatchCases cases, std::a
       S status = S::kNotFinite;
       if (s.is_finite) {
         changes.cost = work->cost_slopes(solved[lane]);
-        const bool has_motion = with_motion && s.is_convex;
+        const bool has_motion = with_motion && s.is_convex && !work->is_flat(solved[lane]);
         if (has_motion) work->take_changes(int(lane), changes);
         status = has_motion && work->is_weakly_held(int(lane)) ? S::kWeaklyActive
                  : with_motion && !has_motion                  ? S::kNoStrictMinimum

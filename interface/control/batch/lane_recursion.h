@@ -24,9 +24,15 @@ class LaneRecursion {
   using M = Mask<W>;
   using Packs = std::vector<P>;
 
+  static constexpr double kNotStrict = 1e-10;  // as in solve/ddp_sensitivities.cpp
+
  public:
   LaneRecursion(LaneArrays<W>& arrays, LaneFunction<W>& step)
-      : a_(arrays), step_(step), controls_(arrays.m), places_(arrays.places({})) {
+      : a_(arrays),
+        step_(step),
+        controls_(arrays.m),
+        places_(arrays.places({})),
+        is_flat_(arrays.states.size(), false) {
     const int n = a_.n, m = a_.m, z = a_.z_size;
     J_ = a_.room(a_.J_size), H_ = a_.room(a_.H_size), S_ = a_.room(a_.S.size);
     is_used_ = a_.room(1), z_ = q_ = a_.room(z), p_ = a_.room(a_.p_size), gap_ = a_.room(n);
@@ -49,12 +55,16 @@ class LaneRecursion {
         const int next = good[l] ? places_.stage[l] - 1 : -1;
         a_.go_to(places_, l, places_.slot[l], std::max(next, 0));
         if (next >= 0) continue;
+        is_flat_[std::size_t(places_.slot[l])] = least_pivot_[l] <= kNotStrict * largest_curvature_[l];
         places_.is_used[l] = false;
         over.push_back(places_.slot[l]);
       }
     }
     return over;
   }
+
+  // Whether the cost of a slot that is over hardly changes along some controls that are at no limit: its minimum is not strict.
+  bool is_flat(int slot) const { return is_flat_[std::size_t(slot)]; }
 
   // What the whole step changes the cost by, to first order and by its curvature, and its largest entry: of slots that came to the
   // start.
@@ -113,6 +123,7 @@ class LaneRecursion {
       DdpState& s = a_.states[std::size_t(slot)];
       s.is_convex = true;
       shift_.set(lane, s.shift), with_.set(lane, !a_.setup.is_exact && s.with_secants);
+      least_pivot_.set(lane, HUGE_VAL), largest_curvature_.set(lane, 0);
       a_.go_to(places_, lane, slot, a_.N - 1), a_.go_to(fresh, lane, slot, a_.N - 1);
       places_.is_used[lane] = fresh.is_used[lane] = true;
     }
@@ -146,6 +157,9 @@ class LaneRecursion {
     a_.scatter(is_used_.data(), places_, a_.used);
     LanePlaces<W> sound = places_;
     for (int l = 0; l < W; ++l) sound.is_used[l] = sound.is_used[l] && good[l];
+    least_pivot_ = select(good, min(least_pivot_, controls_.least_pivot()), least_pivot_);
+    largest_curvature_ =
+        select(good, max(largest_curvature_, controls_.largest_curvature()), largest_curvature_);
     if (any(good && running)) close_stage(sound);
     return good;
   }
@@ -320,8 +334,9 @@ class LaneRecursion {
   LaneArrays<W>& a_;
   LaneFunction<W>& step_;
   LaneControls<W> controls_;
-  LanePlaces<W> places_;  // of those that are on their way
-  P shift_ = P(0), with_ = P(0);
+  LanePlaces<W> places_;       // of those that are on their way
+  std::vector<bool> is_flat_;  // (slots)
+  P shift_ = P(0), with_ = P(0), least_pivot_ = P(HUGE_VAL), largest_curvature_ = P(0);
   // Of one stage.
   Packs J_, z_, p_, gap_, S_, H_, J_end_, H_end_, is_used_;
   Packs P_to_go_, p_to_go_, m_of_, weights_, PF_, Q_, Q_uu_, q_, lower_, upper_, gain_, column_, of_q_, of_Q_;

@@ -160,6 +160,7 @@ class WorkOf final : public LaneWork {
   VectorXd cost_slopes(int slot) const override { return entries(a_.at(a_.adjoint, slot), a_.n); }
   void find_changes(const std::vector<int>& slots) override { changes_.find(a_.places(slots)); }
   bool is_weakly_held(int lane) const override { return changes_.is_weak(lane); }
+  bool is_flat(int slot) const override { return recursion_.is_flat(slot); }
   void take_changes(int lane, ChangesOfMotion& to) const override {
     for (Index j = 0; j < a_.n; ++j) {
       for (Index i = 0; i < to.x.rows(); ++i) to.x(i, j) = changes_.x()[std::size_t(i * a_.n + j)][lane];

@@ -52,6 +52,7 @@ class LaneWork : public DdpWork {
   virtual void find_changes(const std::vector<int>& slots) = 0;
   virtual void take_changes(int lane, ChangesOfMotion& to) const = 0;
   virtual bool is_weakly_held(int lane) const = 0;
+  virtual bool is_flat(int slot) const = 0;  // of backward(): whether the minimum is not strict
 };
 
 std::unique_ptr<LaneWork> make_lane_work(const LaneSetup& setup, int slots_a_lane);

@@ -111,8 +111,28 @@ class QuadraticSearch {
     f_ = Z_.transpose() * (p_.Q * at_ + p_.q), C_ = without_rounding(p_.G * Z_), d_ = p_.h - p_.G * at_;
     off_ = kRoundingOfSearch * (p_.h.cwiseAbs().array() + at_.norm());
     if (!minimise(curvature)) return;
-    polish(curvature.matrix());
-    if (fulfils_conditions()) classify();
+    struct Polished {
+      double off;
+      VectorXd w, u;
+    };
+    std::vector<Polished> polished;
+    const VectorXd w = w_, u = u_;
+    for (const std::vector<Index>& rows : {nearly_active(), held_}) {
+      w_ = w, u_ = u;
+      polish(curvature.matrix(), rows);
+      polished.push_back({distance_from_conditions(), w_, u_});
+    }
+    if (polished[1].off < polished[0].off) std::swap(polished[0], polished[1]);
+    for (Polished& one : polished) {
+      w_ = std::move(one.w), u_ = std::move(one.u);
+      if (fulfils_conditions()) return classify();
+    }
+  }
+
+  double distance_from_conditions() const {
+    const VectorXd x = at_ + Z_ * w_, rest = p_.Q * x + p_.q + p_.G.transpose() * u_;
+    const double beyond = std::max(0.0, most_of(p_.G * x - p_.h));
+    return std::hypot((Z_.transpose() * rest).norm(), most_ * beyond);
   }
 
   // A point where A x = b, or multipliers that prove that there is none.
@@ -192,15 +212,20 @@ class QuadraticSearch {
   }
   static double most_of(const VectorXd& v) { return v.size() ? v.maxCoeff() : 0; }
 
-  // The first-order conditions as equations: with all rows that are nearly active at equality, or with those that the search holds.
-  void polish(const MatrixXd& H) {
+  // Rows that the search holds and those that are near.  Some of these may be open all the same.
+  std::vector<Index> nearly_active() const {
     std::vector<Index> near = held_;
     const VectorXd left = d_ - C_ * w_, x = at_ + Z_ * w_;
     for (Index j = 0; j < left.size(); ++j) {
       const bool is_near = left[j] <= kNear / kActive * nearly(j, x);
       if (is_near && std::find(held_.begin(), held_.end(), j) == held_.end()) near.push_back(j);
     }
-    if (!meet_conditions(H, near)) meet_conditions(H, held_);
+    return near;
+  }
+
+  // Solves the first-order conditions as equations, with `rows` at equality.
+  void polish(const MatrixXd& H, const std::vector<Index>& rows) {
+    meet_conditions(H, rows);
     const MatrixXd C = C_(held_, Eigen::all);
     u_.setZero();
     if (held_.empty()) return;
@@ -208,19 +233,17 @@ class QuadraticSearch {
     u_(held_) = of_held;
   }
 
-  bool meet_conditions(const MatrixXd& H, const std::vector<Index>& rows) {
+  void meet_conditions(const MatrixXd& H, const std::vector<Index>& rows) {
     const Index n = H.rows(), m = Index(rows.size());
     MatrixXd K = MatrixXd::Zero(n + m, n + m);
     const MatrixXd C = C_(rows, Eigen::all);
     K.topLeftCorner(n, n) = H, K.topRightCorner(n, m) = C.transpose(), K.bottomLeftCorner(m, n) = C;
     const auto cod = decomposition(K);
     VectorXd s = stacked(w_, u_(rows)), right = stacked(-f_, d_(rows));
-    if (s.size() == 0) return true;
+    if (s.size() == 0) return;
     for (int again = 0; again < 2; ++again) s += cod.solve(right - K * s);
     const VectorXd off = right - K * s;
-    if (!(off.norm() <= 1e-12 * (right.norm() + s.norm()))) return false;
-    w_ = s.head(n);
-    return true;
+    if (off.norm() <= 1e-12 * (right.norm() + s.norm())) w_ = s.head(n);
   }
 
   bool fulfils_conditions() {

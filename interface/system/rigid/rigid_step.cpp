@@ -17,13 +17,13 @@ using dynamics::ContactProblem;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTouch = 1e-11;  // m or rad: what is nearer touches
-constexpr double kRest = 1e-8;    // what bounces no higher rests
-constexpr double kLeft = 1e-9;    // what presses no more is open beyond it
-constexpr double kRounded =
-    1e-8;  // of what they answer to: forces that are no farther off are solved to rounding
-constexpr double kDecay = 0.2;    // beta
-constexpr double kAtOnce = 1e-9;  // of a step: a shorter piece would need forces without bound
+constexpr double kTouch = 1e-11;   // m or rad: what is nearer touches
+constexpr double kRest = 1e-8;     // what bounces no higher rests
+constexpr double kGrazes = 1e-6;   // what is beyond by no more may start there, or pass without an impact
+constexpr double kLeft = 1e-9;     // what presses no more is open beyond it
+constexpr double kRounded = 1e-8;  // of what they answer to: forces no farther off are solved to rounding
+constexpr double kDecay = 0.2;     // beta
+constexpr double kAtOnce = 1e-9;   // of a step: a shorter piece would need forces without bound
 
 // Why a step could not be made; ends it from wherever it is found.
 struct RigidFailure {
@@ -68,12 +68,12 @@ void RigidStepper::start(const VectorXd& x) {
   const double still = 1e-12 * (1 + x.segment(scene_.model.nq, scene_.model.nv).cwiseAbs().maxCoeff());
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const double gap = near.gap[Eigen::Index(i)];
-    if (!(gap >= -kLeft)) {
+    if (!(gap >= -kGrazes)) {
       const bool is_contact = i < scene_.constraints.rigid.contacts.size();
       throw ArgumentError((is_contact ? "the contact at '" : "joint '") + scene_.constraints.rigid.name(i) +
                           "' is " + io::with_digits(-gap, 3) +
                           (is_contact ? " m below its ground" : " beyond its limit") +
-                          "; expected it to touch, or to be clear of it");
+                          "; expected at most 1e-6, or to be clear of it");
     }
     is_closed_[i] = gap <= kLeft && std::abs(near.u[first_row_[i]]) <= still;
   }
@@ -222,13 +222,13 @@ void RigidStepper::look_at_turns(const Piece& piece, double h, const VectorXd& m
     unsure_[i] += std::abs(at_middle[i] - curve.middle());
     const auto low = curve.lowest();
     const bool comes_from_afar = std::min(piece.gap[i], then.gap[i]) > unsure_[i];
-    if (!low || !comes_from_afar || !(low->gap < unsure_[i]) || !undecided_.empty()) continue;
+    if (!low || !comes_from_afar || !(low->gap < unsure_[i] - kGrazes) || !undecided_.empty()) continue;
     const auto& rigid = scene_.constraints.rigid;
     undecided_ = "at t = " + io::with_digits(piece.t + low->at, 6) + " s " +
                  (std::size_t(i) < rigid.contacts.size() ? "the contact at '" : "joint '") +
                  rigid.name(std::size_t(i)) + "' turns " + io::with_digits(std::abs(low->gap), 2) +
                  " m or rad from its limit, which these steps know to " + io::with_digits(unsure_[i], 2) +
-                 ": whether it touches is not decided; take shorter steps";
+                 ": whether it touches is not decided to 1e-6; take shorter steps";
   }
 }
 
@@ -308,9 +308,9 @@ double RigidStepper::lowest_dip(const Piece& piece, double h, const VectorXd& en
   return h;
 }
 
-// What touches, is pressed on by an acceleration a, and nears with less than a fall through kRest gives, rests without an
-// impact.  Where nothing presses it bounces, however slow it is.
-void RigidStepper::close_what_rests(double t, double h, const VectorXd& x, const VectorXd& u) {
+// What touches, is pressed on by an acceleration a, and nears with less than a fall through kRest gives, rests: its velocity
+// ends at once, without restitution.  Where nothing presses it bounces, however slow it is.
+void RigidStepper::close_what_rests(double t, double h, VectorXd& x, const VectorXd& u) {
   const Nearness near = functions_.near(x);
   const auto nears = [&](std::size_t k) {
     return !is_closed_[k] && near.gap[Eigen::Index(k)] <= kTouch && near.u[first_row_[k]] < 0;
@@ -322,11 +322,33 @@ void RigidStepper::close_what_rests(double t, double h, const VectorXd& x, const
   VectorXd end;
   take_free(piece, h, end);
   const Nearness& then = functions_.near(end);
+  bool rests = false;
   for (std::size_t k = 0; k < is_closed_.size(); ++k) {
     if (!nears(k)) continue;
     const double rate = near.u[first_row_[k]], pressing = (rate - then.u[first_row_[k]]) / h;
-    if (rate * rate <= 2 * kRest * pressing) is_closed_[k] = true;
+    if (rate * rate <= 2 * kRest * pressing) is_closed_[k] = rests = true;
   }
+  if (rests) settle(t, x);
+}
+
+// Ends the velocity at which a contact that rests would leave, in place of the flight that it would make.
+void RigidStepper::stop(double t, VectorXd& x, int contact) {
+  const RigidResponse& at = functions_.response(x);
+  const int row = first_row_[std::size_t(contact)];
+  const VectorXd J = at.J.row(row).transpose(), K = at.W * J;
+  auto v = x.segment(scene_.model.nq, scene_.model.nv);
+  const double rate = J.dot(v), D = J.dot(K);
+  if (!(D > 1e-14 * J.cwiseAbs().dot(at.W.cwiseAbs() * J.cwiseAbs()))) return;  // nothing moves it
+  v -= rate / D * K;
+  note_impact(t).p[row] = -rate / D;
+  impacts_.back().u_sum[row] = rate;
+}
+
+// Ends velocities of closed contacts against their ground.  What a step finds of velocity in a closed contact becomes a gap of
+// u h / 2, which may be far above the height of a fall at that velocity: energy from nowhere that keeps boxes rattling.
+void RigidStepper::settle(double t, VectorXd& x) {
+  const std::vector<int> contacts = closed();
+  push(t, x, contacts, std::vector<double>(contacts.size(), 0), {});
 }
 
 bool RigidStepper::hits(const VectorXd& x) {
@@ -338,47 +360,57 @@ bool RigidStepper::hits(const VectorXd& x) {
   return false;
 }
 
+RigidImpact& RigidStepper::note_impact(double t) {
+  impacts_.push_back({t, VectorXd::Zero(forces_.size()), VectorXd::Zero(forces_.size()), {}, 1});
+  return impacts_.back();
+}
+
+// Pushes contacts with the impulses of an impact; those that hit are counted.
+dynamics::ImpactImpulses RigidStepper::push(double t, VectorXd& x, const std::vector<int>& contacts,
+                                            const std::vector<double>& restitution, std::vector<int> hit) {
+  const std::vector<int> rows = rows_of(contacts);
+  const RigidResponse& at = functions_.response(x);
+  const MatrixXd J = at.J(rows, Eigen::all), K = at.W * J.transpose();
+  auto v = x.segment(scene_.model.nq, scene_.model.nv);
+  const VectorXd u = J * v;
+  const ContactProblem problem = problem_of(contacts, J * K);
+  dynamics::ImpactImpulses impact = solve_impact(solver_, problem.D, problem.blocks, restitution, u,
+                                                 (J.cwiseAbs() * v.cwiseAbs()).maxCoeff());
+  if (!impact.solved) {
+    throw RigidFailure{"the impact of " + std::to_string(contacts.size()) +
+                       " contacts or stops has no impulses that obey their laws; what is left is " +
+                       io::with_digits(solver_.residual(), 3) + " m/s"};
+  }
+  v += K * impact.p;
+  RigidImpact& record = note_impact(t);
+  record.p(rows) = impact.p, record.u_sum(rows) = u + impact.u;
+  record.hit = std::move(hit), record.restitution = impact.restitution;
+  return impact;
+}
+
 void RigidStepper::collide(double t, VectorXd& x) {
   const Nearness& near = functions_.near(x);
-  std::vector<int> touching;
+  std::vector<int> touching, hit;
   std::vector<double> restitution;
-  RigidImpact record;
-  record.t = t;
   for (int i = 0; i < near.gap.size(); ++i) {
     const std::size_t k = std::size_t(i);
     if (!is_closed_[k] && near.gap[i] > 2 * kTouch && i != hit_) continue;
     touching.push_back(i);
     restitution.push_back(0);
     if (is_closed_[k]) continue;
-    if (near.u[first_row_[k]] < 0 || i == hit_) record.hit.push_back(i), ++impacts_in_step_[k];
+    if (near.u[first_row_[k]] < 0 || i == hit_) hit.push_back(i), ++impacts_in_step_[k];
     if (impacts_in_step_[k] < kMostImpacts) restitution.back() = scene_.constraints.rigid.restitution(k);
   }
-  const std::vector<int> rows = rows_of(touching);
-  const RigidResponse& at = functions_.response(x);
-  const MatrixXd J = at.J(rows, Eigen::all), K = at.W * J.transpose();
-  auto v = x.segment(scene_.model.nq, scene_.model.nv);
-  const VectorXd u = J * v;
-  const ContactProblem problem = problem_of(touching, J * K);
-  const dynamics::ImpactImpulses impact = solve_impact(solver_, problem.D, problem.blocks, restitution, u,
-                                                       (J.cwiseAbs() * v.cwiseAbs()).maxCoeff());
-  if (!impact.solved) {
-    throw RigidFailure{"the impact of " + std::to_string(touching.size()) +
-                       " contacts or stops has no impulses that obey their laws; what is left is " +
-                       io::with_digits(solver_.residual(), 3) + " m/s"};
-  }
-  v += K * impact.p;
-  const double still = 1e-10 * std::max(u.cwiseAbs().maxCoeff(), impact.u.cwiseAbs().maxCoeff());
+  const VectorXd before = near.u;
+  const dynamics::ImpactImpulses impact = push(t, x, touching, restitution, std::move(hit));
+  const double still =
+      1e-10 * std::max(before(rows_of(touching)).cwiseAbs().maxCoeff(), impact.u.cwiseAbs().maxCoeff());
   Eigen::Index row = 0;
   for (const int i : touching) {
     const std::size_t k = std::size_t(i);
     is_closed_[k] = impact.u[row] <= still || impacts_in_step_[k] >= kMostImpacts;
     row += blocks_[k].rows;
   }
-  record.p = record.u_sum = VectorXd::Zero(forces_.size());
-  record.p(rows) = impact.p;
-  record.u_sum(rows) = u + impact.u;
-  record.restitution = impact.restitution;
-  impacts_.push_back(std::move(record));
 }
 
 void RigidStepper::open_what_left(const VectorXd& x) {
@@ -426,6 +458,8 @@ void RigidStepper::run(double t, double h, VectorXd x, const VectorXd& u, Vector
     const double length = go_on(piece, h - done, end);
     if (length == 0 && piece.rate[hit_] >= 0) {
       is_closed_[std::size_t(hit_)] = true;  // what comes back before it is away rests
+      stop(t + done, x, hit_);
+      settle(t + done, x);
       continue;
     }
     if (length > 0) {

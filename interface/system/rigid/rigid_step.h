@@ -24,10 +24,11 @@
 // is zero, found as a root over the length of the step (Alefeld, Potra and Shi's algorithm 748) to rounding; there the law of
 // impact.h acts on all that touches; the rest of the step goes on.  What rebounds is open again.  A contact that had
 // kMostImpacts of them within one step (Zeno) is closed from then on: its restitution is over.  So is what comes back before
-// it is 1e-8 m away, or nears with less than a fall from there gives: it rests, without an impact.
+// it is 1e-8 m away, or nears with less than a fall from there gives: it rests, and its velocity ends at once, by an impulse
+// without restitution that is not counted among impacts.
 // A dip below ground and out again within one step is found where a cubic through gaps and rates shows it (rigid_dips.h).
 // Where an open gap turns nearer to its ground than gaps are known, by what the cubic has been off by so far, whether it
-// touches is not known, and undecided() says so.
+// touches is not known.  If it may be passed by more than 1e-6 m or rad, undecided() says so.
 //
 // Not decided here: of several solutions (Painleve's paradox, several impacts at once) one is taken, the same each time.
 //
@@ -69,7 +70,7 @@ class RigidStepper {
   // Implicit schemes answer to forces by their Jacobian.
   static bool needs_jacobians(Integrator integrator);
 
-  // What touches at x = (q, v, ...) is closed.  ArgumentError where a gap is negative, with by how much.
+  // What touches at x = (q, v, ...) is closed.  ArgumentError where a gap is below -1e-6 m or rad, with by how much.
   void start(const Eigen::VectorXd& x);
 
   // False where there is no step, and *why says what happened.
@@ -98,7 +99,12 @@ class RigidStepper {
   double lowest_dip(const Piece& piece, double h, const Eigen::VectorXd& end, int& contact);
   double dip(const Piece& piece, double h, int contact, double gap, double rate) const;
   void look_at_turns(const Piece& piece, double h, const Eigen::VectorXd& middle, const Eigen::VectorXd& end);
-  void close_what_rests(double t, double h, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
+  void close_what_rests(double t, double h, Eigen::VectorXd& x, const Eigen::VectorXd& u);
+  void stop(double t, Eigen::VectorXd& x, int contact);
+  void settle(double t, Eigen::VectorXd& x);
+  RigidImpact& note_impact(double t);
+  dynamics::ImpactImpulses push(double t, Eigen::VectorXd& x, const std::vector<int>& contacts,
+                                const std::vector<double>& restitution, std::vector<int> hit);
   bool hits(const Eigen::VectorXd& x);
   void collide(double t, Eigen::VectorXd& x);
   void open_what_left(const Eigen::VectorXd& x);
