@@ -303,6 +303,10 @@ TEST_P(FullOptima, TheAlpRider) {
                                      [](const MeshRound& m) { return m.status == SolveStatus::kSettled; });
   EXPECT_GE(settled, 3);
   EXPECT_EQ(s.meshes.back().status, SolveStatus::kSolved);
+  options.solver.max_iterations = 60;  // the first mesh has settled by then, the last one has not
+  const Solution limited = solve(alp_rider(), options);
+  EXPECT_FALSE(limited.success());
+  EXPECT_EQ(limited.nlp.status, SolveStatus::kIterationLimit);
 }
 
 }  // namespace

@@ -219,13 +219,20 @@ class Refinement {
     const auto settled = std::make_shared<const NlpSolution>(solution_.nlp);
     for (const std::shared_ptr<const NlpSolution>& from : {settled, std::shared_ptr<const NlpSolution>()}) {
       std::optional<OptimiseOptions> options = next_options();
-      if (!options) break;
+      if (!options) return give_up();
       options->solver.stop_when_settled = false;
       options->solver.warm = from;
       solution_.refinement_trouble.clear();
       take(nullptr, optimise(*program_, start, *options), "");
       if (solution_.converged()) return true;
     }
+    return false;
+  }
+
+  // The mesh stays unfinished: what ended the solve is the caller's limit.
+  bool give_up() {
+    const bool is_stopped = steps_.options().solver.stop.stop_requested();
+    solution_.nlp.status = is_stopped ? SolveStatus::kStopped : SolveStatus::kIterationLimit;
     return false;
   }
 
