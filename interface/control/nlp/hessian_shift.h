@@ -8,7 +8,7 @@
 //   shift.note(trials, s);    // after the line search
 //
 // Damping.  Where an optimum is nearly flat along a curved valley, Newton's step is long and leaves the valley: a line search halves the
-// step ten times, and the next step is as long again.  More than five halvings multiply the shift by eight, from 1e-4 on; a step that is
+// step ten times, and the next step is as long again.  Five halvings or more multiply the shift by eight, from 1e-4 on; a step that is
 // accepted after at most one halving divides it by eight.  Damping does not move the optimum.
 //
 // Inertia: Wächter and Biegler 2006, algorithm IC.

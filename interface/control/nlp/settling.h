@@ -5,8 +5,8 @@
 //   Settling settling;
 //   if (settling.note(record)) return SolveStatus::kSettled;
 //
-// Settled: over the last 10 iterations the violation is at most 1e-3 nominal values and the objective moves by at most 1e-3 of its size.
-// A program that converges as Newton's method should ends before; one whose optimum is flat wanders on for hundreds of iterations.
+// A solve has settled when, over 15 iterations, the violation is at most 1e-3 nominal values and the objective moves by at most 1e-3 of
+// its size.  Where Newton's method converges quadratically, the solve ends before that.
 #pragma once
 
 #include <algorithm>

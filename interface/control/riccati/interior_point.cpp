@@ -463,7 +463,7 @@ class StructuredInteriorPoint::Method {
   Progress progress_;
   int blocked_ = 0;
   bool may_raise_ = true;
-  bool is_tiny_ = false, has_matrices_ = false, has_settled_ = false;  // the latter: kkt_ has those of now_
+  bool is_tiny_ = false, has_settled_ = false, has_matrices_ = false;  // the latter: kkt_ has those of now_
   Filter filter_;
   BarrierMode mode_;
   double most_barrier_ = kMostBarrier;  // of adaptive steps
