@@ -90,6 +90,8 @@ class Graph {
   const std::vector<std::shared_ptr<const Callee>>& callees() const { return callees_; }
   const std::vector<NodeId>& call_arguments() const { return call_arguments_; }
 
+  // False: no node is a square root, an absolute value or a hypot (smooth_products.h).
+  bool has_roots() const { return has_roots_; }
   bool is_constant(NodeId id) const { return nodes_[id].op == Op::Const; }
   double constant_value(NodeId id) const { return constants_[nodes_[id].a]; }
   bool is_constant(NodeId id, double value) const { return is_constant(id) && constant_value(id) == value; }
@@ -131,7 +133,8 @@ class Graph {
   NodeId reciprocal_power(NodeId base, int exponent);  // 1 / x^n, n > 0
 
   std::vector<Node> nodes_;
-  NodeTable table_;         // empty until a node is added: a graph that is only read has none
+  NodeTable table_;  // empty until a node is added: a graph that is only read has none
+  bool has_roots_ = false;
   bool is_indexed_ = true;  // whether all nodes are in it
   std::vector<double> constants_;
   std::vector<std::shared_ptr<const Callee>> callees_;
