@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The one family of exceptions of the project.
+// The exception types of dyntape.  Catch Error for all failures, or a derived type for one kind.
 //
 //   try { ... } catch (const dyntape::Error& e) { std::cerr << e.what() << "\n"; }
 //
-// A message is one clear sentence: what is wrong, where, what was expected, what was found, and the nearest
-// valid choice where there is one.  It quotes names and values as they were given, and stands on one line whatever
-// they hold: what would break it becomes a blank.  This header depends on nothing and is everybody's.
+// A message says where the problem is, what is wrong, what was expected and what was found.  If a valid alternative
+// is close, the message names the nearest one.  Names and values are quoted as given.  Control characters become
+// blanks, so that a message is one line.  This header includes no other header of dyntape; every part may include
+// this header.
 #pragma once
 
 #include <stdexcept>
@@ -16,7 +17,7 @@
 
 namespace dyntape {
 
-// Root of the family.
+// The base class of all exceptions of dyntape.
 struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -37,7 +38,7 @@ inline std::string a_line_each(const std::vector<std::string>& sentences) {
 
 }  // namespace detail
 
-// An error of one sentence.
+// An error with a message of one line.
 struct Sentence : Error {
   explicit Sentence(std::string sentence) : Error(one_line(std::move(sentence))) {}
 
@@ -45,33 +46,33 @@ struct Sentence : Error {
   explicit Sentence(const std::vector<std::string>& sentences) : Error(detail::a_line_each(sentences)) {}
 };
 
-// Something the caller passed has the wrong size, index, name or value.
+// An argument has a wrong size, index, name or value.
 struct ArgumentError : Sentence {
   using Sentence::Sentence;
 };
 
-// A file could not be read, or says something that cannot be: `file:line:column: ...`; several things, a line each.
+// A file cannot be read or is invalid: `file:line:column: ...`, one line for each problem.
 struct FileError : Sentence {
   using Sentence::Sentence;
   explicit FileError(const std::vector<std::string>& sentences) : Sentence(sentences) {}
 };
 
-// Recording was used in a way that cannot give a correct tape.
+// The recorded code cannot give a correct tape.
 struct RecordingError : Sentence {
   using Sentence::Sentence;
 };
 
-// An evaluation left the branch that was recorded: the message names file and line of the comparison.
+// An evaluation took another branch than the recording.  The message names file and line of the comparison.
 struct GuardViolation : Sentence {
   using Sentence::Sentence;
 };
 
-// An external tool (the compiler) failed: command, exit status, its messages, where the source is kept.
+// An external tool (the compiler) failed.  The message has the command, exit status, output and the kept source.
 struct ToolError : Error {
   using Error::Error;
 };
 
-// A numerical procedure has no valid answer (zero inertia about a joint, a matrix that is not definite, ...).
+// A numerical method has no valid result (zero inertia about a joint, a matrix that is not positive definite, ...).
 struct NumericalError : Sentence {
   using Sentence::Sentence;
 };

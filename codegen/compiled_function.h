@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A recorded function with its derivatives, compiled: what the rest of dyntape evaluates.
+// A recorded function with its derivatives, compiled to native code.  Use it wherever a function is evaluated often;
+// the rest of dyntape does.
 //
 //   Function recorded = record("norm2", 3, [](const VectorXad& x) {
 //     return VectorXad::Constant(1, x.dot(x));
@@ -8,37 +9,53 @@
 //   CodegenOptions options;
 //   options.order = Order::kSecond;
 //   const CompiledFunction f = CompiledFunction::make(recorded, options);
-//   CompiledFunction::Workspace workspace(f);                    // of one evaluation at a time
+//   CompiledFunction::Workspace workspace(f);                    // for one evaluation at a time
 //
 //   double y[1], J[3], H[3], w[1] = {1};
-//   f.value(x, p, y, workspace);                  // y = f(x, p): a line search pays for values only
-//   f.first_order(x, p, y, J, workspace);         // and dy/dx; f.jacobian_pattern() says where
-//   f.second_order(x, p, w, y, J, H, workspace);  // and sum_i w_i d2y_i/dx2, lower triangle
+//   f.value(x, p, y, workspace);                  // y = f(x, p), without the cost of derivatives
+//   f.first_order(x, p, y, J, workspace);         // also dy/dx: non-zeros in the order of f.jacobian_pattern()
+//   f.second_order(x, p, w, y, J, H, workspace);  // also sum_i w_i d2y_i/dx2, lower triangle
 //
-//   CompiledFunction::Workspace threads(f, 4);                   // the points of a call are shared out among four
+//   CompiledFunction::Workspace threads(f, 4);                   // distributes the points of a call over four threads
 //   f.check(f.run(Order::kFirst, {.count = 100, .x = x, .y = y, .jacobian = J}, threads), 100);
 //
-// Shapes.  x (n_x), p (n_p), w (n_w + n_y: the function's own weights, mostly none, then one an output), y
-// (n_y); J, H: the non-zeros in the order of their patterns.  Empty blocks may be null; outputs that are null
-// are not written.  Outputs overlap with nothing.
+// Shapes:
 //
-// A copy is cheap and shares the library, which stays loaded while any copy or workspace lives.  Evaluation is const
-// and thread-safe on separate workspaces, and allocates nothing (but where a function with guards is given more points than
-// a workspace has seen, and no `status`).  y, J and H have the same bits in all three
-// calls, for any number of points and threads, and in the strict profile the same as the interpreter's.  Where there is no
-// compiler, machine code runs.
+// - x (n_x), p (n_p), y (n_y).
+// - w (n_w + n_y): the function's own weights (usually none), then one weight per output.
+// - J, H: the non-zeros in the order of their patterns.
 //
-// Tiers.  With options.route = Route::kTiered a function is there at once, and gets faster: machine code (machine/machine_code.h)
-// while a thread compiles it in the background, which swaps the better code in between two evaluations of a workspace.  No evaluation
-// waits.  What the cache has is used at once and for good.  On processors without machine code it is interpreted meanwhile, and
-// where the flags ask for more than -O1, a long function is compiled at -O1 first, which is soon done and not kept; there is no tier
-// at -O0, which would be no faster than the interpreter.  If the compiler fails, what serves goes on serving: it is said once on stderr, trouble() has the reason,
-// wait() throws it, as it does in a forked child, where nobody compiles.  When the last copy goes, a compiler that still runs is ended.  One function at a time is compiled
-// in a process, so that memory is bounded (options.jobs compilers side by side).
+// Empty inputs may be null.  Outputs that are null are not written.  Outputs must not overlap other arguments.
 //
-// Errors.  ArgumentError: an order that was not asked for, a workspace of another function.  ToolError: the
-// compiler fails.  GuardViolation, with file and line: the evaluation leaves a branch that was recorded; run()
-// reports it in its return value instead.
+// Properties:
+//
+// - A copy is cheap and shares the library.  The library stays loaded while a copy or a workspace exists.
+// - Evaluation is const, and thread-safe if each thread has its own workspace.
+// - Evaluation does not allocate.  Exception: a function with guards, no `status`, and more points than ever before.
+// - y, J and H have the same bits in all three calls and for any number of points and threads.
+// - In the strict profile these bits are equal to the interpreter's.
+// - If no compiler is found, the function runs as machine code generated in the process (machine/machine_code.h).
+//
+// Tiers.  With options.route = Route::kTiered, make() returns at once.  Machine code evaluates first; a background
+// thread compiles the C code and replaces the machine code between two evaluations of a workspace.  No evaluation
+// waits.
+//
+// - A library found in the cache is used at once, and is final.
+// - On processors without machine code, the interpreter evaluates first.
+// - There, if the flags ask for more than -O1, a long function is first compiled at -O1 for temporary use (not
+// cached).  There is no -O0 tier, since -O0 is no faster than the interpreter.
+// - If the compiler fails, the current tier stays.  stderr says so once, trouble() returns the reason, wait()
+// throws.
+// - A forked child does not compile, and wait() throws there.
+// - When the last copy is destroyed, a compiler that still runs is terminated.
+// - A process compiles one function at a time, with options.jobs compilers in parallel, to bound the memory.
+//
+// Errors:
+//
+// - ArgumentError: an order above options.order, or a workspace of another function.
+// - ToolError: the compiler fails.
+// - GuardViolation, with file and line: the evaluation takes another branch than the recording.  run() returns the
+// violation instead of throwing.
 #pragma once
 
 #include <memory>
@@ -60,8 +77,8 @@ class TierBuilder;
 
 class CompiledFunction {
  public:
-  // Room for one evaluation at a time, whose points are shared out among so many threads of the process
-  // (run/threads.h); 0: as many as it has.
+  // The buffers of one evaluation at a time.  The points of a call are distributed over `threads` threads of the
+  // process (run/threads.h); 0: all of them.
   class Workspace {
    public:
     explicit Workspace(const CompiledFunction& function, unsigned threads = 1);
@@ -71,56 +88,57 @@ class CompiledFunction {
 
    private:
     friend class CompiledFunction;
-    std::vector<std::unique_ptr<codegen::Place>> places_;  // one a thread
+    std::vector<std::unique_ptr<codegen::Place>> places_;  // one per thread
   };
 
   static CompiledFunction make(const Function& function, const CodegenOptions& options = {});
 
-  // --- what it is ---
+  // --- properties of the function ---
   std::size_t n_x() const;
   std::size_t n_p() const;
   std::size_t n_w() const;  // the function's own weights
   std::size_t n_y() const;
   Order order() const;
-  const Function& function() const;  // as recorded
+  const Function& function() const;  // as it was recorded
   const std::string& name() const;
-  // (n_y x n_x), and (n_x x n_x) lower triangle; ArgumentError below first and second order.
+  // Jacobian: (n_y x n_x).  Hessian: (n_x x n_x), lower triangle.  ArgumentError if order() is too low.
   const Pattern& jacobian_pattern() const;
   const Pattern& hessian_pattern() const;
 
-  // --- evaluation; throws GuardViolation ---
+  // --- evaluation of one point; throws GuardViolation ---
   void value(const double* x, const double* p, double* y, Workspace& workspace) const;
   void first_order(const double* x, const double* p, double* y, double* jacobian, Workspace& workspace) const;
   void second_order(const double* x, const double* p, const double* w, double* y, double* jacobian,
                     double* hessian, Workspace& workspace) const;
 
-  // --- the same of many points, and of functions with weights; guards are reported, not thrown ---
-  // With options.lanes several points are evaluated at once, by the widest kernel that the processor runs.  Points that
-  // lie side by side do so lane_width() by lane_width().
+  // --- evaluation of many points, also for functions with weights; returns violated guards ---
+  // With options.lanes, the widest kernel that the processor supports evaluates lane_width() points at once, if the
+  // points are contiguous.
   [[nodiscard]] Violation run(Order order, const Points& points, Workspace& workspace) const;
-  std::size_t lane_width() const;  // 1: first interpreted, or without options.lanes
-  // Throws GuardViolation if there is one, naming the comparison and, of several points, which.
+  std::size_t lane_width() const;  // 1 without options.lanes, or while the function is interpreted
+  // Throws GuardViolation if `violation` is one.  The message names the comparison and, for several points, the
+  // point.
   void check(const Violation& violation, std::size_t points = 1) const;
 
-  // --- one evaluation with all sizes checked, for small programs and tests ---
+  // --- one evaluation with checked sizes, for small programs and tests ---
   struct Evaluation {
     std::vector<double> y, jacobian, hessian;
   };
   Evaluation evaluate(Order order, const std::vector<double>& x, const std::vector<double>& p = {},
                       const std::vector<double>& w = {}) const;
 
-  // --- how what serves now was made ---
+  // --- the current tier and its origin ---
   Route route() const;  // kCompiled, kMachineCode or kInterpreter
   const Timings& timings() const;
   std::size_t operations(Order order) const;  // of one point
-  const std::string& source_path() const;     // empty: interpreted, or without cache
-  const std::string& compiler() const;        // its version; empty: interpreted
+  const std::string& source_path() const;     // "" if interpreted, or without cache
+  const std::string& compiler() const;        // version of the compiler; "" if interpreted
 
-  // --- which tier serves ---
+  // --- tiers ---
   Tier tier() const;
-  bool is_settled() const;      // no other tier will come
-  void wait() const;            // until then; throws what ended the compilation
-  std::string trouble() const;  // what did; empty: nothing
+  bool is_settled() const;      // true: no other tier will follow
+  void wait() const;            // until is_settled(); throws the error that ended the compilation
+  std::string trouble() const;  // the reason of a failed compilation, or ""
 
  private:
   CompiledFunction(std::shared_ptr<codegen::Tiers> tiers, std::shared_ptr<codegen::TierBuilder> builder)

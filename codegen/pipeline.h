@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The C text of a recorded function and its derivatives, for other programs than this one.
+// Generates the C text of a recorded function and its derivatives, for use in other programs.  Inside dyntape, use
+// CompiledFunction (compiled_function.h): it also compiles and loads the text.
 //
 //   write_source(generate_source(function, options), "folder");
-//
-// CompiledFunction (compiled_function.h) is what the rest of dyntape uses: it compiles and loads the text as well.
 #pragma once
 
 #include <string>
@@ -17,21 +16,21 @@
 
 namespace dyntape {
 
-// The C text alone, of the value and all derivatives up to options.order.
+// The C text of the value and of all derivatives up to options.order.
 codegen::Source generate_source(const Function& function, const CodegenOptions& options = {});
 
-// The same as plain functions for an embedded target (print_embedded.h).
+// The C text as plain functions for an embedded target (print_embedded.h).
 codegen::EmbeddedSource generate_embedded(const Function& function, const CodegenOptions& options = {},
                                           const codegen::EmbeddedOptions& how = {});
 
-// The same with CasADi's interface (print_casadi.h), and as a library that casadi::external() loads: ToolError where there is no
-// compiler, or of the compiler.
+// The C text with CasADi's interface (print_casadi.h), and a library of it that casadi::external() loads.  ToolError
+// if there is no compiler or the compiler fails.
 codegen::Source generate_casadi(const Function& function, const codegen::CasadiBlocks& blocks,
                                 const CodegenOptions& options = {});
 void compile_casadi(const codegen::Source& source, const std::string& library,
                     const CodegenOptions& options = {});
 
-// Writes folder/<name>.c and folder/<name>.h, if there is one, whole or not at all; returns their paths.
+// Writes folder/<name>.c and, if the source has a header, folder/<name>.h, atomically.  Returns the paths.
 std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder);
 
 }  // namespace dyntape

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// All algorithms for one more scalar, compiled once, in a unit of its own:
+// Compiles all dynamics algorithms for one more scalar type.  Put these lines into one .cpp file:
 //
 //   #include "my_scalar.h"                      // arithmetic, sqrt, sin, ..., select, Eigen's NumTraits
 //   #include <dyntape/dynamics/instantiate.h>
 //   DYNTAPE_INSTANTIATE_DYNAMICS(my::Scalar)    // at global scope
 //
-// Everybody else includes algorithms.h, configuration.h and effects.h, which only declare.
+// All other files include algorithms.h, configuration.h and effects.h, which only declare.
 //
-// A new algorithm is a row at the end of the file that defines it; a new file is named here, which is what CMake
-// reads: it writes small units for dyntape's own scalars, a few of these parts and one scalar each.
+// To add an algorithm, add a row at the end of the file that defines it.  To add a file, list it here.  CMake reads
+// this list and writes small units for dyntape's own scalars: one scalar and a few parts each.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/detail/centroidal.hxx>

@@ -1,24 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Differentiation, graph to graph: a derivative is a Function like any other, so that derivatives of
-// derivatives, simplification, printing and evaluation need nothing new.
+// Differentiates a recorded function and returns the derivative as another recorded function.  Use this header to
+// get derivative graphs; CompiledFunction (codegen/compiled_function.h) derives and compiles in one call.  A
+// derivative is an ordinary Function: simplify, print, evaluate or derive it again.
 //
 //   Function d = jvp(f);                        // (x, p, [w, dx]) -> J dx     weights: those of f, then dx
 //   Function g = vjp(f);                        // (x, p, [w, l])  -> J^T l    weights: those of f, then l
 //   Derivatives D = derive(f, Order::kSecond);  // (x, p, [w, l])  -> y | J non-zeros | H non-zeros
-//                                               // D.jacobian and D.hessian say where they are
+//                                               // D.jacobian and D.hessian: the positions of the non-zeros
 //
-// J = dy/dx (n_y x n_x); H = sum_i l_i d2y_i/dx2 (n_x x n_x), lower triangle, each entry once.  Parameters
-// are not differentiated; all_as_variables() (function.h) turns them into variables.
+// J = dy/dx (n_y x n_x).  H = sum_i l_i d2y_i/dx2 (n_x x n_x), lower triangle, each entry once.  Parameters are not
+// differentiated; all_as_variables() (function.h) turns parameters into variables.
 //
-// A sparse Jacobian is swept forward or in reverse, block by block of rows and columns that hang together,
-// whichever needs fewer operations; a dense row among sparse ones is taken in reverse and the others forward.
-// What a select does not take contributes exactly zero, never 0 * inf, and neither does a weight that is zero: a
-// flow remembers the conditions under which it contributes (flow.h).  Between derivatives 0 * inf is NaN, in both
-// directions (Poles, in ops.def).
+// Method.  The rows and columns of a sparse Jacobian are split into independent blocks.  Each block is swept forward
+// or in reverse, whichever needs fewer operations.  A dense row among sparse rows is swept in reverse, the others
+// forward.
 //
-// Derivatives that would append more than 134 million nodes (3 GB) are refused, RecordingError: dense Jacobians of
-// large functions, such as that of the forward dynamics of a thousand joints, for which analytic derivatives exist.
+// Zero times infinity.  The side that a select does not take contributes exactly zero, never 0 * inf.  A weight of
+// zero also contributes exactly zero: each flow stores the conditions under which it contributes (flow.h).  In all
+// other products of derivatives 0 * inf is NaN, forward and in reverse (Poles, in ops.def).
+//
+// Errors.  RecordingError if the derivatives would append more than 134 million nodes (3 GB).  Dense Jacobians of
+// large functions reach this limit, e.g. the forward dynamics of a thousand joints.  Use the analytic derivatives
+// for these.
 #pragma once
 
 #include <dyntape/autodiff/graph/callee.h>
@@ -40,15 +44,15 @@ struct Derivatives {
 Function jvp(const Function& function);
 Function vjp(const Function& function);
 
-// Of variables only, as a callee has them, by the seeds that are there (callee.h):
-// (x, seeds, whether weights among them are there) -> J dx or J^T l.
+// Products of a callee, a function of variables only, with the seeds that are present (callee.h): (x, seeds, for
+// each weight among the seeds whether it is present) -> J dx or J^T l.
 Function jvp_by_seeds(const Function& function, const Seeds& seeds);
 Function vjp_by_seeds(const Function& function, const Seeds& seeds);
 
-// With kSecond the weights of the Hessian are appended to the weights of the function (n_y more).
+// With kSecond, the weights of the Hessian (n_y) follow the function's own weights.
 Derivatives derive(const Function& function, Order order);
 
-// Only the non-zeros of the Jacobian, or of the lower triangle of the weighted Hessian.
+// Computes only the non-zeros of the Jacobian, or of the lower triangle of the weighted Hessian.
 struct SparseFunction {
   Function function;
   Pattern pattern;

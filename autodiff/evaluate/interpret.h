@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The interpreter: evaluates a recorded function node by node.  It is the reference that generated code is
-// held against, bit for bit in the strict profile.
+// The interpreter: evaluates a recorded function node by node.  Use it without a compiler, for single evaluations
+// and as the reference: generated code of the strict profile has the same bits.
 //
 //   std::vector<double> y = evaluate(f, x, p);                   // checks sizes, throws GuardViolation
 //
-//   Interpreter run(f);                                          // many evaluations: one workspace a thread
+//   Interpreter run(f);                                          // many evaluations: one workspace per thread
 //   Interpreter::Workspace workspace(run, 100);
-//   std::uint32_t status = run(x, p, w, y, workspace);           // 0, or 1 + first violated guard
-//   run({.points = 100, .x = x, .y = y}, workspace);             // one point after the other
+//   std::uint32_t status = run(x, p, w, y, workspace);           // 0, or 1 + index of the first violated guard
+//   run({.points = 100, .x = x, .y = y}, workspace);             // dense: point i follows point i - 1
 //
-// Many points go eight at a time, side by side through each operation: three to five times as fast as one by
-// one, with the same bits.  No evaluation allocates.
+// Several points are evaluated eight at a time, in SIMD lanes: three to five times as fast as single points, with
+// the same bits.  Evaluations do not allocate.
 //
-// evaluate_as<T> runs the same tape in another float type: with a 113-bit T it is the reference for accuracy.
+// evaluate_as<T> evaluates the same tape in another float type; a T of 113 bits is the reference for accuracy.
 #pragma once
 
 #include <cstdint>
@@ -28,21 +28,22 @@
 
 namespace dyntape {
 
-// What to evaluate: point i reads x + i * stride_x, ...  A stride of 0 is the same block for all points.
+// The points of one call: point i reads x + i * stride_x, and so on.  If a stride is 0, all points read the same
+// block.
 struct PointRange {
   static constexpr std::size_t kDense = SIZE_MAX;  // the points follow each other without gaps
   std::size_t points = 1;
   const double *x = nullptr, *p = nullptr, *w = nullptr;
   double* y = nullptr;
   std::size_t stride_x = kDense, stride_p = kDense, stride_w = kDense, stride_y = kDense;
-  std::uint32_t* status = nullptr;  // a word a point; null: not wanted
+  std::uint32_t* status = nullptr;  // one word per point, or null
 };
 
 class Interpreter {
  public:
   explicit Interpreter(Function function, Functions functions = Functions::kLibm);
 
-  // Room for one evaluation at a time: of one point, or of several side by side if `points` is more than 1.
+  // The buffers of one evaluation at a time.  If `points` is more than 1, several points are evaluated in SIMD lanes.
   class Workspace {
    public:
     explicit Workspace(const Interpreter& interpreter, std::size_t points = 1);
@@ -53,11 +54,11 @@ class Interpreter {
     std::vector<detail::LaneRoom<detail::kLanes>> many_;
   };
 
-  // x (n_x), p (n_p), w (n_w) -> y (n_y).  Unused blocks may be null; y may be x.  Thread-safe on separate
-  // workspaces.
+  // Evaluates x (n_x), p (n_p), w (n_w) -> y (n_y).  Unused inputs may be null; y may alias x.  Thread-safe if each
+  // thread has its own workspace.
   std::uint32_t operator()(const double* x, const double* p, const double* w, double* y,
                            Workspace& workspace) const;
-  // Many points; y overlaps with nothing.  A workspace of one point will do, and is slower.
+  // Evaluates many points; y must not overlap the inputs.  A workspace made for one point works, but is slower.
   void operator()(const PointRange& range, Workspace& workspace) const;
 
   const Function& function() const { return function_; }
@@ -73,15 +74,15 @@ class Interpreter {
   std::vector<detail::LinkedProgram> programs_;  // callees before their callers; the last is the function's
 };
 
-// One evaluation with all checks: ArgumentError for wrong sizes, GuardViolation with the place of the branch.
+// Evaluates once and checks: ArgumentError for wrong sizes, GuardViolation with file and line of the branch.
 std::vector<double> evaluate(const Function& function, const std::vector<double>& x,
                              const std::vector<double>& p = {}, const std::vector<double>& w = {});
 
-// The first node whose value is not finite although all its arguments are: "node 17 (Log): of (-1) = nan";
-// empty if there is none.  Sizes are the caller's word.
+// Returns the first node whose value is not finite although all its arguments are: "node 17 (Log): of (-1) = nan".
+// Returns "" if there is none.  Sizes are not checked.
 std::string first_not_finite(const Function& function, const double* x, const double* p, const double* w);
 
-// The sentence for a guard that evaluation reported as `status`.
+// The error message for a guard that an evaluation returned as `status`.
 std::string describe_guard(const Function& function, std::uint32_t status);
 
 // Evaluates a callee on numbers.
@@ -89,11 +90,12 @@ void evaluate(const Callee& callee, const double* in, double* out);
 
 namespace detail {
 void check_sizes(const Function& function, std::size_t x, std::size_t p, std::size_t w);
-std::shared_ptr<const Function> recorded_form(const Callee& callee);  // null: it is in double only
+std::shared_ptr<const Function> recorded_form(
+    const Callee& callee);  // null: the callee exists in double only
 }  // namespace detail
 
-// The same tape in the float type T.  Kernels that exist in double only (Kernel::unrolled) throw ArgumentError;
-// guards are not checked.
+// Evaluates the tape in the float type T.  Guards are not checked.  ArgumentError for kernels that exist in double
+// only (Kernel::unrolled).
 template <class T>
 std::vector<T> evaluate_as(const Function& function, const std::vector<T>& x, const std::vector<T>& p = {},
                            const std::vector<T>& w = {});

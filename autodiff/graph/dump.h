@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A recorded function to read: one line a node, or a drawing.
+// Prints a recorded function, as text with one line per node or as a Graphviz drawing.  Use it to debug a recording.
 //
 //   std::cout << to_text(f);            //   n3 = Mul n0, n2
 //   std::ofstream("f.dot") << to_dot(f);      // dot -Tsvg f.dot > f.svg
@@ -12,11 +12,10 @@
 
 namespace dyntape {
 
-// Inputs by name where they have one, constants so that they round-trip, calls with their arguments, then
-// outputs and guards.
+// One line per node, then outputs and guards.  Inputs have their names, if any; constants have all their digits.
 std::string to_text(const Function& function);
 
-// Graphviz.  Throws ArgumentError above `most` live nodes: no picture of that many can be read.
+// The graph in Graphviz's language.  ArgumentError if the function has more than `most` live nodes.
 std::string to_dot(const Function& function, std::size_t most = 500);
 
 }  // namespace dyntape

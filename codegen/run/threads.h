@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The threads of the process: made once, when they are first needed.
+// The thread pool of the process, created at its first use.  Use it to run independent tasks in parallel.
 //
-//   run_tasks(4, [&](std::size_t k) { ... });       task 0 to 3, each once, the calling thread helps
+//   run_tasks(4, [&](std::size_t k) { ... });       task 0 to 3, each once; the calling thread takes part
 //
-// The pool has thread_count() - 1 threads besides those that call: a call from within a task, or while another
-// thread's tasks are running, does all its tasks itself.  Where the system gives fewer threads, or none, those there are
-// do the work.  A forked child makes a pool of its own when it needs one.
+// The pool has thread_count() - 1 threads besides the callers.
+//
+// - A call from within a task, or during the tasks of another thread, runs all its tasks in the calling thread.
+// - If the system provides fewer threads, or none, the available threads do the work.
+// - A forked child makes its own pool at its first use.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +16,10 @@
 
 namespace dyntape::codegen {
 
-// $DYNTAPE_THREADS, else what the processor has; ArgumentError if the variable is not a number from 1 to 1024.
+// $DYNTAPE_THREADS, or the processor's threads.  ArgumentError if the variable is not a number from 1 to 1024.
 unsigned thread_count();
 
-// Returns when all are done; throws what the first that failed threw.
+// Returns when all tasks are done; rethrows the exception of the first task that failed.
 void run_tasks(std::size_t n, const std::function<void(std::size_t)>& task);
 
 }  // namespace dyntape::codegen

@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The content-addressed store of compiled libraries.
+// The content-addressed store of compiled libraries, shared by all processes of a user.  Use it to find a library
+// before compiling, and to publish a new library.
 //
-//   std::optional<Cache> cache = Cache::open("");            none: no usable folder; the reason is said once
+//   std::optional<Cache> cache = Cache::open("");            nullopt: no usable folder; the reason is reported once
 //   if (auto entry = cache->find(key)) load(entry->library);
 //   else cache->publish(folder_with_new_files, key, manifest);
 //
-// An entry is a folder named by its key, with library.so, source.c and manifest.json:
+// An entry is a folder named by its key.  It holds library.so, source.c and manifest.json.
 //
-//   - the key covers all that decides the library, so nothing stale can be found and nobody's name matters
-//   - an entry appears by one rename: several processes may race, nobody sees half an entry, the first wins
-//   - the library is checked against the manifest's checksum, and what is loaded are the bytes that were checked
-//   - wrong *content* (truncated, foreign) deletes the entry; an I/O error never deletes anything
-//   - loading a library is running it: a folder or entry that the user does not own, that others may write, or
-//     that they could exchange for another, is refused.  In a folder that is shared each user has a private one,
-//     user-<number>.
-//   - what does not carry dyntape's mark, an entry's manifest or the file .dyntape of a folder of work, is not
-//     touched
+// - The key covers everything that determines the library.  A stale library is never found; names of functions do
+// not matter.
+// - An entry is published by one rename.  If several processes race, the first wins; half an entry is never visible.
+// - The library is compared with the checksum of the manifest, and exactly the checked bytes are loaded.
+// - Wrong content (truncated, foreign) deletes the entry.  An I/O error never deletes anything.
+// - Loading a library runs its code.  A folder or entry is refused if the user does not own it, if others may write
+// to it, or if others could replace it.  In a shared folder each user has a private folder, user-<number>.
+// - Only files with dyntape's mark are touched: an entry's manifest, or the file .dyntape of a temporary folder.
 //
-// $DYNTAPE_CACHE_LIMIT (bytes, or with K, M, G; default 2G) bounds the store: the entries that were used
-// longest ago go first, at most once an hour, by one process at a time; with them goes what builds leave behind that
-// were killed.
+// $DYNTAPE_CACHE_LIMIT bounds the size of the store: bytes, or a number with K, M or G; default 2G.  The least
+// recently used entries are removed first, at most once per hour, by one process at a time.  Folders of builds that
+// were killed are removed at the same time.
 #pragma once
 
 #include <cstdint>
@@ -33,8 +33,8 @@
 
 namespace dyntape::codegen {
 
-// A folder in which something is or was compiled: at work, of a build that was ended half-way, or the source of one that
-// failed, kept for a day.
+// A folder of a compilation: in use, abandoned by a build that was killed, or kept for a day because the compiler
+// failed.
 struct LeftOver {
   std::string folder;
   Left state = Left::kOver;
@@ -44,29 +44,29 @@ struct LeftOver {
 
 class Cache {
  public:
-  // `folder` empty: the usual place.
+  // If `folder` is empty: usual_folder().
   static std::optional<Cache> open(const std::string& folder);
-  // $DYNTAPE_CACHE, $XDG_CACHE_HOME/dyntape, ~/.cache/dyntape, or "" where there is none of them.
+  // $DYNTAPE_CACHE, $XDG_CACHE_HOME/dyntape or ~/.cache/dyntape, the first that is set; else "".
   static std::string usual_folder();
 
   const std::string& folder() const { return folder_; }
 
   std::optional<Entry> find(const Key& key) const;
-  // Takes over the files of `built`.  The entry is somebody else's equal one if that was faster, unless
-  // `replace`.  None: it could not be published (said once) and `built` is still there.
+  // Moves the files of `built` into the store.  If another process published the same entry first, returns that
+  // entry, unless `replace`.  If publishing fails, returns nullopt, reports the reason once, and keeps `built`.
   std::optional<Entry> publish(TemporaryFolder& built, const Key& key, const Manifest& manifest,
                                bool replace) const;
   void remove(const Key& key) const;
 
-  // For people: everything that is stored, what is wrong with an entry, and removal of all.
+  // --- inspection and removal ---
   std::vector<Entry> list() const;
-  std::vector<LeftOver> left_over() const;  // and what is over in the folder for temporary files
+  std::vector<LeftOver> left_over() const;  // also of the folder for temporary files
   Verdict verify(const std::string& digest) const;
-  // With what builds left behind.  Returns the number of entries removed; FileError if one cannot be.
+  // Removes all entries and leftover folders.  Returns the number of entries removed; FileError if an entry stays.
   std::size_t clear() const;
-  // Removes what was used longest ago until the rest fits; returns the number of entries removed.
+  // Removes the least recently used entries until the rest fits; returns the number of entries removed.
   std::size_t sweep(std::uint64_t limit) const;
-  // The same with cache_limit(), unless it was done within the hour or another process is at it.
+  // Calls sweep(cache_limit()), unless it ran within the last hour or another process runs it.
   void sweep_sometimes() const;
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Contacts and stops that do not give way: how far each is from touching, and its rows.
+// Unilateral rigid constraints: contacts of spheres with planes, and hard stops of joints.  Computes the gap and the
+// Jacobian rows of each; contact_problem.h and impact.h have the laws.
 //
 //   UnilateralConstraints rigid;
 //   RigidContact foot{.name = "foot", .radius = 0.02, .friction = 0.7};
@@ -9,17 +10,18 @@
 //   rigid.stops = hard_stops(model, 0.0);                            // of the robot's limits
 //   UnilateralRows<double> at = unilateral_rows(model, data, rigid, q);   // at.gap, at.J
 //
-// A contact is a sphere about its frame's origin c (radius 0: a point) on the plane n . x = offset, which is fixed in the world or in
-// another body, x then being in that body's axes:
+// A contact is a sphere about the origin c of a frame (radius 0: a point) on the plane n . x = offset.  The plane is
+// fixed in the world or on another body; x is then in the axes of this body.
 //   gap = n . c - offset - radius                                                                  (m)
 //   J v = velocity of the body's point at c - radius n along n, t_1, t_2 (plane_axes)              (m/s)
-//         less that of the plane's body there
-// so that d gap / dt is the first row exactly, also where the sphere rolls or the plane turns.  Without friction it has its normal row
-// alone.  A plane has no edge: where a body's face ends the contact does not.
-// A stop is a joint on a line at one of its limits: gap = +-(q - limit), row +-1                   (rad or m)
-// The force of a row (N, N m) is J^T times it: that of a contact is fixed in the world while the body moves.
+//         minus the velocity of the plane's body there
+// d gap / dt is exactly the first row, also if the sphere rolls or the plane turns.  A contact without friction has
+// the normal row only.  Planes are unbounded: a contact does not end at the edge of a body's face.
 //
-// Templated on the scalar, recorded by interface/scene: contact_problem.h and impact.h have the laws.
+// A stop is a limit of a joint on a line: gap = +-(q - limit), row +-1                             (rad or m)
+//
+// The force (N, N m) of a row is J^T times its multiplier.  A contact force is fixed in the world while the body
+// moves.  The functions are templates on the scalar; interface/system/rigid records them.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
@@ -32,19 +34,19 @@
 namespace dyntape::dynamics {
 
 struct RigidContact {
-  std::string name;  // of its frame
-  int body = -1;     // place_at_frame (parameters.h)
+  std::string name;  // name of the frame
+  int body = -1;     // set by place_at_frame (parameters.h)
   Placement<double> X_BF = {};
   double radius = 0;                                  // m
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of the plane, of any length but zero
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of the plane; any nonzero length
   double offset = 0;                                  // m, along the unit normal
-  int plane_body = -1;                                // in whose axes both are; -1: in the world's
+  int plane_body = -1;                                // normal and offset are in its axes; -1: the world's
   double friction = 0;                                // mu >= 0
   double restitution = 0;                             // 0 ... 1
 };
 
 struct HardStop {
-  std::string name;  // of its joint
+  std::string name;  // name of the joint
   int idx_q = 0, idx_v = 0;
   double sign = 1;  // 1: lower limit, -1: upper
   double limit = 0;
@@ -65,7 +67,7 @@ struct UnilateralConstraints {
   }
 };
 
-// Contacts first, in the order in which they stand; then the stops.
+// The contacts in their order, then the stops.
 inline std::vector<ContactBlock> blocks_of(const UnilateralConstraints& rigid) {
   std::vector<ContactBlock> blocks;
   for (const RigidContact& c : rigid.contacts) blocks.push_back({c.friction > 0 ? 3 : 1, c.friction});
@@ -73,7 +75,7 @@ inline std::vector<ContactBlock> blocks_of(const UnilateralConstraints& rigid) {
   return blocks;
 }
 
-// Columns n, t_1, t_2: right-handed, t_1 as far along x as it can be (along y where n is).
+// Columns n, t_1, t_2, right-handed.  t_1 is the projection of x (of y if n is close to x).
 inline Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal) {
   const Eigen::Vector3d n = normal.normalized();
   const Eigen::Vector3d x = std::abs(n.x()) < 0.9 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
@@ -83,7 +85,7 @@ inline Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal) {
   return axes;
 }
 
-// The limits that the robot's joints on a line have.
+// The finite position limits of all joints on a line.
 template <class T>
 std::vector<HardStop> hard_stops(const Model<T>& model, double restitution) {
   std::vector<HardStop> stops;
@@ -101,12 +103,12 @@ std::vector<HardStop> hard_stops(const Model<T>& model, double restitution) {
 
 template <class T>
 struct UnilateralRows {
-  VectorX<T> gap;  // one a constraint
+  VectorX<T> gap;  // one per constraint
   MatrixX<T> J;    // (m x nv)
 };
 
-// Adds to J from `row` on the velocities along `axes` of a body's point, `lever` (m, world) from the body's origin, times `sign`; of
-// joints that do not carry the body `other` as well, which move both alike.
+// Adds to J, from `row`, the velocity of a point of `body` along `axes`, times `sign`.  `lever` (m, world) goes from
+// the body's origin to the point.  Joints that carry both `body` and `other` are skipped: they move both alike.
 template <class T>
 void add_point_rows(const Model<T>& model, Data<T>& data, const VectorX<T>& q, int body, int other,
                     const Vector3<T>& lever, const Matrix3<T>& axes, double sign, Eigen::Index row, int rows,
@@ -127,7 +129,7 @@ void add_point_rows(const Model<T>& model, Data<T>& data, const VectorX<T>& q, i
   }
 }
 
-// data.X_WB and data.J are overwritten.
+// Overwrites data.X_WB and data.J.
 template <class T>
 UnilateralRows<T> unilateral_rows(const Model<T>& model, Data<T>& data, const UnilateralConstraints& rigid,
                                   const VectorX<T>& q) {

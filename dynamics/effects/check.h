@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Whether effects fit a robot: sizes, ranges and bodies, from what each effect tells of its values (parameters.h).
+// Checks that effects fit a robot: sizes, ranges and bodies, as the parameters of each effect declare
+// (parameters.h).
 //
 //   check(model, effects);    // "effects: joint damping: coefficient of joint "elbow" is -0.1 N m s/rad or
 //                             //  N s/m, expected at least 0"
@@ -10,7 +11,7 @@
 
 namespace dyntape::dynamics {
 
-// ArgumentError: what is wrong first.
+// Throws ArgumentError for the first problem.
 void check(const Model<double>& model, const Effects<double>& effects);
 
 }  // namespace dyntape::dynamics

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Which effects act on a robot.  What is not chosen is not computed: it leaves no operation on a tape.
+// The effects that act on a robot: gravity, damping, friction, springs, motors, contacts, ...  Choose them here; an
+// effect that is not chosen adds no operation to a tape.
 //
 //   Effects<double> effects;                                   // gravity and velocity products alone
 //   effects.damping = model_damping(model);                    // the file's values
@@ -11,24 +12,23 @@
 //
 // Equation of motion with effects:
 //   M(q) a + armature a + C v + g = drive(command) + tau_joints + sum of J^T F
-//   drive        what motors can give (saturation.h)
+//   drive        the torques of the motors, with saturation (saturation.h)
 //   tau_joints   damping, friction, springs, soft limits, back-EMF, tendons
-//   F            wrenches from outside, drag, buoyancy, contacts (point_forces.h)
-// and M holds the armature and the mass of water that is carried along (added_mass.h).
-// Each header has its equation, units and smoothness.  Functions look at sizes only; check(), at all values.
+//   F            external wrenches, drag, buoyancy, contacts (point_forces.h)
+// M includes the armature and the added mass of water (added_mass.h).  Each effect's header has its equation, units
+// and smoothness.  Functions check sizes only; check() checks all values.
 //
-// To add an effect: a struct in a file of its own, like damping.h, its #include here and its row in effects.def.
-// What it has says how it acts, and whoever treats effects alike finds it by for_each_effect:
-//   kName, kKey, visit_parameters                            always: for people, for files, its values
-//   enter(acting)                                            carried by the recursions, not by torques
+// To add an effect: write a struct in its own file, like damping.h; add its #include here and its row to
+// effects.def.  The members of the struct define how the effect acts; for_each_effect visits all effects:
+//   kName, kKey, visit_parameters                            required: name, key in files, parameters
+//   enter(acting)                                            part of the recursions, not a torque
 //   drive(model, torques)                                    changes torques.driven and driven_slope
 //   add_joint_torques(...), add_joint_slopes(...)            torques at single joints, with diagonal derivatives
 //   add_torques(...), subtract_slopes(...)                   torques over several joints
-//   add_wrenches(data, w)                                    forces on bodies, constant in their axes
-//   for_each_point(visit), kReadsVelocity                    forces by the motion of a point (point_forces.h)
-//   missing()                                                the parameter that others given call for, or null
-//   stored_energy(model, data, q)                            what has a potential
-#pragma once
+//   add_wrenches(data, w)                                    forces on bodies, constant in the body's axes
+//   for_each_point(visit), kReadsVelocity                    forces from the motion of a point (point_forces.h)
+//   missing()                                                a parameter that other parameters require, or null
+//   stored_energy(model, data, q)                            the potential energy, if any
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/effects/added_mass.h>
@@ -57,7 +57,7 @@ struct Effects {
 #define EFFECT(member, ...) __VA_ARGS__ member;
 #include <dyntape/dynamics/effects/effects.def>
 
-  // What the recursions take care of; keeps pointers to the effects' values.
+  // The terms for the recursions; holds pointers to the effects' values.
   DynamicsTerms<T> acting() const;
   template <class S>
   Effects<S> cast() const;
@@ -65,7 +65,7 @@ struct Effects {
 
 namespace detail {
 
-// Effects stand as themselves, or in an optional.
+// A member is an effect or an optional effect.
 template <class E>
 E& effect_in(E& effect) {
   return effect;
@@ -90,24 +90,25 @@ struct EffectType<std::optional<E>> {
 
 }  // namespace detail
 
-// The effect that a member of Effects holds: fill one by its visit_parameters, and assign it.
+// The effect type of a member of Effects: fill a value by its visit_parameters, then assign it.
 template <class Member>
 using effect_type = typename detail::EffectType<std::remove_const_t<Member>>::type;
 
-// visit(effect) for each, chosen or not: `if (effect)` tells whether it is, effect.reset() takes it away.
+// Calls visit(effect) for each effect, chosen or not.  `if (effect)` tests whether it is chosen; effect.reset()
+// removes it.
 template <class E, class Visit>
 void for_each_effect(E& effects, Visit&& visit) {
 #define EFFECT(member, ...) visit(effects.member);
 #include <dyntape/dynamics/effects/effects.def>
 }
-// visit(effect) for those that are chosen, the effects themselves.
+// Calls visit(effect) for each chosen effect, with the effect itself.
 template <class E, class Visit>
 void for_each_chosen_effect(E& effects, Visit&& visit) {
   for_each_effect(effects, [&](auto& effect) {
     if (effect) visit(detail::effect_in(effect));
   });
 }
-// visit(name, alone) for each that is chosen, `alone` the effects with no other: energy effect by effect.
+// Calls visit(name, alone) for each chosen effect.  `alone` holds this effect only, e.g. for its energy.
 template <class T, class Visit>
 void for_each_effect_alone(const Effects<T>& effects, Visit&& visit) {
   for_each_effect(effects, [&](const auto& chosen) {
@@ -121,7 +122,7 @@ void for_each_effect_alone(const Effects<T>& effects, Visit&& visit) {
   });
 }
 
-// For people and for files, whether it is chosen or not.
+// Name and key of a member, whether it is chosen or not.
 template <class E>
 const char* effect_name(const E&) {
   return effect_type<E>::kName;
@@ -150,32 +151,33 @@ Effects<S> Effects<T>::cast() const {
   return result;
 }
 
-// The robot as it is where these effects act: a model whose own gravity and armature are the effects', and which lacks
-// only what no model has, acting().added.
+// Returns the robot with the gravity and armature of the effects.  Only acting().added, which a model cannot hold,
+// is missing.
 template <class T>
 Model<T> acting_model(const Model<T>& robot, const Effects<T>& effects);
 
-// torques.tau, to be added to the driving torques.
+// Returns torques.tau, the torques to add to the driving torques.
 template <class T>
 const VectorX<T>& joint_torques(const Model<T>& model, EffectTorques<T>& torques, const Effects<T>& effects,
                                 const VectorRef<T>& q, const VectorRef<T>& v);
-// torques.dtau_dq and dtau_dv.
+// Computes torques.dtau_dq and dtau_dv.
 template <class T>
 void joint_torque_slopes(const Model<T>& model, EffectTorques<T>& torques, const Effects<T>& effects,
                          const VectorRef<T>& q, const VectorRef<T>& v);
 
-// torques.total: what all effects add to the driving torques; torques.tau is part of it.
+// Returns torques.total, the sum of what all effects add to the driving torques; it includes torques.tau.
 template <class T>
 const VectorX<T>& effect_torques(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
                                  const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v);
 
-// torques.driven: what arrives at the joints of commanded torques; and torques.driven_slope, its derivative.
+// Returns torques.driven, the torques at the joints for commanded torques; also torques.driven_slope, its
+// derivative.
 template <class T>
 const VectorX<T>& driving_torques(const Model<T>& model, EffectTorques<T>& torques, const Effects<T>& effects,
                                   const VectorRef<T>& command);
 
-// The algorithms of algorithms.h with effects: data.ddq from the commanded torques, data.tau: the torques that are to
-// arrive.  Nothing is allocated.
+// Forward and inverse dynamics with effects (algorithms.h).  data.ddq: from the commanded torques.  data.tau: the
+// torques required at the joints.  Do not allocate.
 template <class T>
 const VectorX<T>& forward_dynamics(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
                                    const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
@@ -185,7 +187,7 @@ const VectorX<T>& inverse_dynamics(const Model<T>& model, Data<T>& data, EffectT
                                    const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
                                    const VectorRef<T>& a);
 
-// data.ddq, ddq_dq, ddq_dv, Minv; and data.tau, dtau_dq, dtau_dv, M: as fd_derivatives and id_derivatives.
+// Compute data.ddq, ddq_dq, ddq_dv, Minv, and data.tau, dtau_dq, dtau_dv, M, like fd_derivatives and id_derivatives.
 //   d ddq / d command = Minv diag(torques.driven_slope)
 template <class T>
 void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
@@ -196,12 +198,12 @@ void inverse_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTo
                                   const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
                                   const VectorRef<T>& a);
 
-// The power (W) that the chosen effects supply, gravity included, less than zero where they take it:
+// The power (W) that the chosen effects supply, including gravity; negative if they dissipate:
 //   d/dt kinetic_energy(acting) = v . command + effect_power          (with velocity products)
 template <class T>
 T effect_power(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques, const Effects<T>& effects,
                const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& command);
-// The energy (J) that those of them with a potential store.
+// The potential energy (J) of the chosen effects.
 template <class T>
 T stored_energy(const Model<T>& model, Data<T>& data, const Effects<T>& effects, const VectorRef<T>& q);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// One step of length h (s), for any scalar, space and rate.
+// Integrates one step of length h (s), for any scalar, configuration space and rate.  Use it to record a step or to
+// write an integrator; interface/system/steps has complete steppers.
 //
 //   const auto rate = [&](const T& s, const VectorX<T>& x) -> VectorX<T> { ... };     // x' at time t + s, (nt)
 //   VectorX<T> x1 = runge_kutta_4(X, rate, h, x0);                                    // any space
@@ -14,11 +15,15 @@
 //   implicit_midpoint   2          v' = v + h a(h/2, q (+) h m / 2, m)        q' = q (+) h m
 //   implicit_velocity   1          v' = v + h a(h, q', v')                    q' = q (+) h v'
 //
-// semi_implicit_euler takes what is newest: what depends on time alone, such as motors, at the end of the step.
+// semi_implicit_euler evaluates a at the newest values: explicit functions of time, such as motors, at the step's
+// end.
 //
-// Implicit schemes come as a residual (nv) of the change dv = v' - v, zero at the solution, and the end of the step at
-// a given change.  implicit_midpoint is xi = h f(x (+) xi / 2), x' = x (+) xi for x = (q, v) and xi = (h m, dv), with
-// the part of q solved for; it keeps quadratic invariants of linear spaces.  implicit_velocity damps what is stiff.
+// An implicit scheme is two functions: the residual (nv) of the change dv = v' - v, which is zero at the solution,
+// and the end of the step for a given change.
+//
+// - implicit_midpoint is xi = h f(x (+) xi / 2), x' = x (+) xi for x = (q, v), xi = (h m, dv), with the q part
+// eliminated.  On linear spaces it preserves quadratic invariants.
+// - implicit_velocity damps stiff parts.
 //
 // Sources: E. Celledoni, A. Marthinsen, B. Owren, Commutator-free Lie group methods, FGCS 19 (2003), with exponentials
 // on the right since increments are in the moving frame; E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
@@ -36,7 +41,7 @@ struct Phase {
 
 namespace detail {
 
-// Writes x + d at the lines of a space, where exponentials of several increments are sums.
+// Writes x + d for the lines of a space, where the exponential of several increments is their sum.
 template <class T>
 void add_on_lines(const std::vector<Line>& lines, const VectorX<T>& x, const VectorX<T>& d, VectorX<T>& sum) {
   for (const Line& line : lines) sum[line.x] = x[line.x] + d[line.t];

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A step that follows a discrete principle of least action: momenta at both ends of q' = q (+) xi.
+// A step of a variational integrator (discrete principle of least action): momenta at both ends of q' = q (+) xi.
+// Use it for long simulations of energy and momentum.
 //
 //   const auto derivatives = [&](const VectorX<T>& q, const VectorX<T>& v) { return LagrangianDerivatives<T>{...}; };
 //   DiscreteMomenta<T> p = discrete_momenta(Q, derivatives, h, q, xi);
 //   // xi solves p.before = dL/dv(q, v); then v' from dL/dv(q', v') = p.after
 //
-// With the discrete Lagrangian L_d(q, q') = h L(q (+) xi/2, xi/h), xi = q' (-) q, and forces F by the midpoint rule, the
-// discrete Legendre transforms are the derivatives of L_d with respect to increments of q and q' in the moving frame:
+// With the discrete Lagrangian L_d(q, q') = h L(q (+) xi/2, xi/h), xi = q' (-) q, and forces F by the midpoint rule,
+// the discrete Legendre transforms are the derivatives of L_d with respect to increments of q and q' in the moving
+// frame:
 //   p  = -D1 L_d = -(A^T f + K0^T s)          f = h (dL/dq + F) at the midpoint: an impulse
 //   p' =  D2 L_d =   K1^T s                   s = dL/dv + J^T f / 2: the slope of L_d along xi
 //   A, J: Jacobians of q (+) xi/2;            K0, K1: Jacobians of q' (-) q
-// A symmetry of L that the space shares, such as moving the whole robot, keeps its momentum to rounding whatever h is;
-// the energy stays within O(h^2) for exponentially long times.  Of order 2.
+// Properties: order 2.  If L has a symmetry that the space shares, e.g. a translation of the whole robot, its
+// momentum is preserved to rounding for any h.  The energy stays within O(h^2) for exponentially long times.
 //
 // Sources: J. Marsden, M. West, Discrete mechanics and variational integrators, Acta Numerica 10 (2001), 1.3, 2.1 and
 // 3.2; Z. Manchester, S. Kuindersma, Variational contact-implicit trajectory optimization, ISRR 2017.
@@ -24,7 +26,7 @@ namespace dyntape::dynamics {
 
 template <class T>
 struct LagrangianDerivatives {
-  VectorX<T> q;  // by an increment of q in the moving frame, with the forces that are not in L (N m or N)
+  VectorX<T> q;  // by an increment of q in the moving frame, plus the forces that are not in L (N m or N)
   VectorX<T> v;  // by v: the momentum
 };
 

@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Tables of numbers with named columns, as comma-separated text.
+// Reads and writes tables of numbers with named columns as comma-separated text.
 //
-//   CsvTable table({"t", "q0", "q1"});                 // one header line, then one line a row
+//   CsvTable table({"t", "q0", "q1"});                 // one header line, then one line per row
 //   table.append({0.0, 0.1, -0.2});
-//   write_csv("out/trajectory.csv", table);            // atomic: whole or not at all
+//   write_csv("out/trajectory.csv", table);            // atomic: the whole file or nothing
 //
 //   const CsvTable states = read_csv("states.csv");
 //   for (int i = 0; i < states.rows(); ++i) use(states.row(i));
 //   const std::vector<double> q1 = states.column("q1");
 //
-// Numbers are written with the fewest digits that read back to the same bits and are read alike in every
-// locale. The reader accepts a byte order mark, lines ending in CR LF, blanks around entries, a quoted header
-// name, and empty lines at the end; nothing else is forgiven.  Time is linear in the text, whatever the number of
-// columns.
+// Writing.  Numbers have the fewest digits that read back to the same bits, independent of the locale.
 //
-// Errors.  FileError `file:line:column: ...` for the first problem of: no header, an empty or repeated name,
-// too few or many entries, an entry that is no finite number; a column that is asked for and that a table which was read does
-// not have, with the nearest that there is.  ArgumentError for a row of the wrong size, and for such a column of other tables.
+// Reading.  Accepted are a byte order mark, lines that end in CR LF, blanks around entries, quoted header names and
+// empty lines at the end.  The time is linear in the length of the text, for any number of columns.
+//
+// Errors:
+//
+// - FileError `file:line:column: ...` for the first problem: no header, an empty or repeated name, too few or too
+// many entries, an entry that is not a finite number.
+// - FileError, with the nearest name, if a column of a table that was read from a file does not exist; ArgumentError
+// for other tables.
+// - ArgumentError for a row of the wrong size.
 #pragma once
 
 #include <initializer_list>
@@ -35,12 +39,12 @@ class CsvTable {
  public:
   CsvTable() = default;
   explicit CsvTable(std::vector<std::string> names,
-                    std::string file = "");  // `file`: where they stand, for messages
+                    std::string file = "");  // `file`: the origin, for error messages
 
   int rows() const { return names_.empty() ? 0 : static_cast<int>(values_.size() / names_.size()); }
   int cols() const { return static_cast<int>(names_.size()); }
   const std::vector<std::string>& names() const { return names_; }
-  const std::vector<double>& values() const { return values_; }  // (rows x cols), row after row
+  const std::vector<double>& values() const { return values_; }  // (rows x cols), row by row
 
   double operator()(int row, int col) const { return values_[offset(row) + static_cast<size_t>(col)]; }
   std::span<const double> row(int i) const { return std::span(values_).subspan(offset(i), names_.size()); }
@@ -56,15 +60,15 @@ class CsvTable {
 
   std::string file_;
   std::vector<std::string> names_;
-  std::unordered_map<std::string, int> places_;  // of the names
+  std::unordered_map<std::string, int> places_;  // index of each name
   std::vector<double> values_;
 };
 
-// A table column by column, all of one length.
+// Builds a table column by column; all columns have one length.
 class CsvColumns {
  public:
   void add(const std::string& name, const std::vector<double>& values);
-  // A name for each row of a matrix.
+  // Adds each row of a matrix as a column.
   template <class Matrix>
   void add(const std::vector<std::string>& names, const Matrix& rows) {
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -83,7 +87,7 @@ class CsvColumns {
 CsvTable parse_csv(std::string_view text, const std::string& file_name);
 CsvTable read_csv(const std::string& path);
 
-// Throws ArgumentError for a number that is not finite unless that is allowed: what is written reads back.
+// With kRefuse, throws ArgumentError for a number that is not finite, since read_csv does not accept it.
 std::string format_csv(const CsvTable& table, NonFinite policy = NonFinite::kRefuse);
 void write_csv(const std::string& path, const CsvTable& table, NonFinite policy = NonFinite::kRefuse);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Aligned tables for a terminal.
+// Formats aligned text tables for a terminal.
 //
 //   TextTable table({{"route"}, {"time", "us", Align::kRight}, {"error", "", Align::kRight}});
 //   table.append({"generated", significant(1.2345, 3), scientific(3e-16)});
@@ -10,7 +10,8 @@
 //   ---------  ---------  -------
 //   generated       1.23  3.0e-16
 //
-// Columns are two blanks apart; UTF-8 counts by characters.  ArgumentError for a row of the wrong size.
+// Columns are separated by two blanks; UTF-8 counts characters, not bytes.  ArgumentError for a row of the wrong
+// size.
 #pragma once
 
 #include <string>

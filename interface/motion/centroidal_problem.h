@@ -1,45 +1,54 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A robot on its feet as one mass: where the centre of mass goes and how the robot turns as a whole, by the forces of its feet
-// alone.
+// Optimal control of a legged robot's centroidal dynamics: the contact forces steer the centre of mass and the
+// angular momentum.  Use it for fast planning with given footholds; robot_problem.h has the dynamics of the whole
+// robot.
 //
 //   const CentroidalBody dog = centroidal_body(scene, q, {{.frame = "FL_FOOT"}, {.frame = "FR_FOOT"}, ...});
-//   Problem p = centroidal_problem(dog, {.duration = 0.5, .is_level = true, .zero_angular_momentum = true, .ends_at_rest = true});
-//   p.start << dog.com, velocity, angular_momentum;                    // (9) as measured: centroidal_state(scene, q, v)
+//   Problem p = centroidal_problem(dog, {.duration = 0.5, .is_level = true, .zero_angular_momentum = true,
+//                                        .ends_at_rest = true});
+//   p.start << dog.com, velocity, angular_momentum;                    // (9) measured: centroidal_state(scene, q, v)
 //   RecedingHorizon mpc(p, {.mesh = {.intervals = 20}});               // receding_horizon.h
 //
-// States, world axes: c.x|y|z, the centre of mass (m); v.x|y|z, its velocity (m/s), the linear momentum by the mass; k.x|y|z, the
-// angular momentum about it (kg m^2/s).  Controls f.<foot>.x|y|z: the force of the floor on each foot (N).
+// States, world axes: c.x|y|z, the centre of mass (m); v.x|y|z, its velocity (m/s); k.x|y|z, the angular momentum
+// about it (kg m^2/s).  Controls f.<foot>.x|y|z: the force of the floor on each foot (N).
 //
 //   c' = v        v' = g + sum f_i / m        k' = sum (p_i - c) x f_i
 //
-// which is exact whatever the legs do: legs are what makes the forces.  How the trunk is turned is left out, since nothing asked
-// here depends on it; nor are the legs' lengths known.
+// These equations are exact for any motion of the legs, since legs act only through forces.  The orientation of the
+// trunk is not part of the model, nor is the reach of the legs.
 //
-// Terms.  Each foot: 0 <= fz <= most_force and the friction cone (robot_problem.h).  Costs, integrated: `com` |c - target|^2,
-// `velocity` |v|^2, `angular` |k|^2, and `force` |f - share|^2 of each foot, its share of the weight being the same for all that
-// stand.  Options demand more:
-//   is_level       the height stays the target's:   vz' + 20 vz + 100 (cz - target z) = 0 at every point
-//   zero_angular_momentum    no angular momentum:             k' + 10 k = 0 at every point
-//                  Both of rates and not of values: these tell the forces, as for held contacts; errors decay.  Feet do not pull,
-//                  so a level robot that moves upwards at more than g / 20 has no plan.
-//   ends_at_rest   at the end v = 0, v' = 0, k = 0, k' = 0, less what the two above decide: a stand that the feet can hold, so
-//                  that the centre of mass is above the support.
+// Terms.  Each foot has 0 <= fz <= most_force and the friction cone (robot_problem.h).  Integrated costs: `com` |c -
+// target|^2, `velocity` |v|^2, `angular` |k|^2, and `force` |f - share|^2 of each foot.  The share of the weight is
+// equal for all feet on the floor.  Options add constraints:
+//   is_level                 constant height:       vz' + 20 vz + 100 (cz - target z) = 0 at every point
+//   zero_angular_momentum    no angular momentum:   k' + 10 k = 0 at every point
+//   ends_at_rest             at the end v = 0, v' = 0, k = 0, k' = 0, without the rows that the two above decide.
+//                            The feet can then hold the final pose, so the centre of mass is above the support.
+// The first two constrain rates, not values, since rates determine the forces, as for held contacts; errors decay.
+// Feet do not pull, so a level robot that moves upwards at more than g / 20 has no plan.
 //
-// With all three a plan exists if and only if the push can be stood without a step.  For feet at one height h below c and a robot
-// that stands above their middle, d from the edge of their polygon, that is up to a velocity v towards the edge of
+// With all three options, a plan exists exactly if the robot can balance a push without a step.  For feet at one
+// height, h below c, and a robot above the middle of its feet, at distance d from the edge of the support polygon,
+// the largest velocity towards the edge is
 //   v / (omega d) = tanh(omega T) sqrt(r (2 - r)),   omega = sqrt(g / h),   r = min(1, friction h / d)
-// (for r < 1 up to terms of exp(-2 omega T)): for long horizons and enough friction the capture point c + v / omega lies within
-// the polygon (T. Koolen et al., Capturability-based analysis and control of legged locomotion, part 1, International Journal of
-// Robotics Research 31(9), 2012).
+// (for r < 1 up to terms of exp(-2 omega T)).  For long horizons and enough friction this means that the capture
+// point c + v / omega is within the polygon.
 //
-// Parameters, in place (parameters.h): "com" (3) the target (m); of each foot "<foot> place" (3, m, world) and "<foot> load" (1),
-// by which its force counts: 1 on the floor, 0 in the air.  As functions of time they are a schedule of contacts; walk() sets a
-// regular one.  A foot in the air has a force that does nothing, so that no bound collapses.  A mesh sees a change of load at its
-// next point.
+// Parameters, changed in place (parameters.h):
 //
-// Errors: ArgumentError for a robot without mass, no foot, two of one name, unknown or fixed frames, a friction or most_force
-// that is not above zero, weights below zero, places that are no numbers.
+// - "com" (3): the target (m)
+// - "<foot> place" (3, m, world): the position of each foot
+// - "<foot> load" (1): the factor of its force: 1 on the floor, 0 in the air
+//
+// As functions of time these are a contact schedule; walk() sets a regular one.  The force of a foot in the air has
+// no effect, so no bounds collapse.  The mesh sees a change of load at its next point.
+//
+// Errors.  ArgumentError: a robot without mass or without feet, two feet of one name, unknown or fixed frames, a
+// friction or most_force <= 0, negative weights, places that are not finite.
+//
+// Source: T. Koolen et al., Capturability-based analysis and control of legged locomotion, part 1, International
+// Journal of Robotics Research 31(9), 2012.
 #pragma once
 
 #include <dyntape/interface/motion/gait.h>
@@ -61,7 +70,7 @@ struct CentroidalBody {
   double weight() const { return mass * gravity.norm(); }  // N
 };
 
-// Of a robot at q; feet stand where its frames are, or where they are said to be held.
+// The body of a robot at q.  Feet are at their frames' positions, or at their given places.
 CentroidalBody centroidal_body(const RobotScene& scene, const Eigen::VectorXd& q,
                                const std::vector<HeldContact>& contacts);
 
@@ -70,18 +79,19 @@ Eigen::VectorXd centroidal_state(const RobotScene& scene, const Eigen::VectorXd&
 
 struct CentroidalOptions {
   double duration = 0.5;                                        // s
-  double most_force = std::numeric_limits<double>::infinity();  // N, of a foot, upwards
+  double most_force = std::numeric_limits<double>::infinity();  // N, upper limit of fz per foot
   bool is_level = false, zero_angular_momentum = false, ends_at_rest = false;
   struct Weights {
     double com = 10, velocity = 1, angular = 1, force = 1e-3;
   } weights = {};
 };
 
-// It starts at rest at body.com, which is the target as well.
+// The start is at rest at body.com, which is also the target.
 Problem centroidal_problem(const CentroidalBody& body, const CentroidalOptions& options);
 
-// Sets target, places and loads as functions of time: the body goes on from body.com at the gait's velocity, each foot stands
-// under where it is attached when half of its stance is over.  A trot of feet FL, FR, HL, HR: phases {0, 0.5, 0.5, 0}.
+// Sets target, places and loads as functions of time.  The body moves from body.com at the gait's velocity.  Each
+// foot is below its attachment point at half of its stance.  A trot of feet FL, FR, HL, HR has phases {0, 0.5, 0.5,
+// 0}.
 void walk(Problem& problem, const CentroidalBody& body, const Gait& gait);
 
 }  // namespace dyntape

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where contacts of a robot begin and end: what a phase before has to fulfil, and what becomes of velocities (phases.h).
+// Contact changes between phases (phases.h): terms that a phase satisfies before a contact closes, and impact maps.
 //
-//   for (Term& term : landing(scene, foot, Landing::kAtRest)) flight.add(term);   // the foot is set down
-//   flight.add(stays_above(scene, foot));                                         // and is not in the floor before
-//   jump.add("landing", stance, impact(scene, feet));                             // or hits it: Landing::kImpact
+//   for (Term& term : landing(scene, foot, Landing::kAtRest)) flight.add(term);   // touches down at rest
+//   flight.add(stays_above(scene, foot));                                         // and stays above the floor before
+//   jump.add("landing", stance, impact(scene, feet));                             // or lands with an impact: kImpact
 //
-// Contacts are those of robot_problem.h, with their places; a floor has z upwards.
+// Contacts are as in robot_problem.h, with their places; the floor has z upwards.
 //
-// Errors: ArgumentError for a frame that is unknown or fixed, for a contact without a place.
+// Errors.  ArgumentError: an unknown or fixed frame, a contact without a place.
 #pragma once
 
 #include <vector>
@@ -18,18 +18,19 @@
 namespace dyntape {
 
 enum class Landing {
-  kAtRest,  // without velocity
-  kImpact,  // with any
+  kAtRest,  // with zero velocity
+  kImpact,  // with any velocity
 };
 
-// At the end of a motion the contact is at its place; a foot, which has corners, with its axes as well.
+// Terms at the end of a motion: the contact is at its place.  A foot (with corners) also has its orientation.
 std::vector<Term> landing(const RobotScene& scene, const HeldContact& contact, Landing how);
 
-// Along a motion, the contact's point or corners are no more than a millimetre below where they are when it is at its place: at
-// both ends they may be there.
+// A term along a motion: the contact's point or corners are at most one millimetre below their final height.  They
+// may be at this height at both ends.
 Term stays_above(const RobotScene& scene, const HeldContact& contact);
 
-// (q, v, ...) when all these contacts come to rest at once, without restitution (impulse_dynamics, constraints.h).
+// The state (q, v, ...) after all these contacts close at once, without restitution (impulse_dynamics,
+// constraints.h).
 StageFunction impact(const RobotScene& scene, const std::vector<HeldContact>& contacts);
 
 }  // namespace dyntape

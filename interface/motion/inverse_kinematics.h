@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A configuration in which a frame is where it shall be, within the limits of the joints.
+// Inverse kinematics: finds a configuration at which a frame has a given pose, within the limits of the joints.
 //
 //   const std::optional<Eigen::VectorXd> q = inverse_kinematics(scene, {"panda_hand", position, orientation}, start);
-//   if (!q) ...                              // none was found, which is no proof that there is none
+//   if (!q) ...                              // none found; this does not prove that none exists
 //
-// Damped least squares: with r the error of the target (robot_terms.h) and J its derivatives, steps
+// Method.  Damped least squares: with r the error of the target (robot_terms.h) and J its Jacobian, steps
 //   dq = -J^T (J J^T + mu 1)^-1 r
-// in which joints that a step would take beyond a limit stay there and the others make up for them.  A step is taken if the
-// error falls, and mu with it; else mu grows (K. Levenberg, 1944; D. Marquardt, 1963; for manipulators C. Wampler, IEEE
-// Transactions on Systems, Man, and Cybernetics 16(1), 1986).  Metres and radians count alike.
+// A joint that a step would move beyond its limit stays at the limit, and the other joints compensate.  If the error
+// falls, the step is accepted and mu is reduced; else mu grows.  One metre and one radian have equal weight.
 //
-// The search begins at `from`, then at configurations drawn at random between the limits, the same ones every time; where a
-// joint has no limits, within half a turn, or half a metre, of `from`.
+// The search starts at `from`, then at random configurations within the limits, the same in every call.  For joints
+// without limits the random range is half a turn, or half a metre, around `from`.
 //
-// Errors: those of frame_error(); ArgumentError for a robot with joints of several degrees of freedom, and where `from` does
-// not fit the robot.
+// Errors.  Those of frame_error().  ArgumentError: a joint of several degrees of freedom, a `from` that does not fit
+// the robot.
+//
+// Sources: K. Levenberg, 1944; D. Marquardt, 1963; C. Wampler, IEEE Transactions on Systems, Man, and Cybernetics
+// 16(1), 1986 (manipulators).
 #pragma once
 
 #include <functional>
@@ -26,28 +28,28 @@
 namespace dyntape {
 
 struct InverseKinematicsOptions {
-  int starts = 30;          // from which the search begins, the given one among them
-  int iterations = 100;     // of each
-  double tolerance = 1e-9;  // of the largest entry of the error (m, rad)
-  std::function<bool(const Eigen::VectorXd& q)> accept =
-      {};  // what else is asked of a result; empty: nothing
+  int starts = 30;          // number of start configurations, including `from`
+  int iterations = 100;     // most iterations per start
+  double tolerance = 1e-9;  // for the largest entry of the error (m, rad)
+  std::function<bool(const Eigen::VectorXd& q)> accept = {};  // an extra condition on the result; empty: none
 };
 
 std::optional<Eigen::VectorXd> inverse_kinematics(const RobotScene& scene, const FrameTarget& target,
                                                   const Eigen::VectorXd& from,
                                                   const InverseKinematicsOptions& options = {});
 
-// Within which sphere a frame stays, by lengths alone, of a robot with a fixed base: about the origin of the first joint that moves
-// it.  Infinite where a joint that slides has no limits.
+// A sphere that contains all positions of a frame, from the lengths of the links alone; for robots with a fixed
+// base.  The centre is the origin of the first joint that moves the frame.  Infinite if a prismatic joint has no
+// limits.
 struct Reach {
-  std::string joint;       // "": none moves the frame
+  std::string joint;       // "": no joint moves the frame
   Eigen::Vector3d centre;  // m, world
   double radius;           // m
 };
 Reach reach_of(const dynamics::Model<double>& model, const std::string& frame);
 
-// Why a position cannot be reached, in one sentence: "the goal is 611 m from 'pan', and 'tip' gets 0.731 m away from it at most; positions
-// are in metres".  Empty: lengths do not forbid it.
+// Returns why a position is out of reach: "the goal is 611 m from 'pan', and 'tip' gets 0.731 m away from it at
+// most; positions are in metres".  Returns "" if the lengths of the links allow it.
 std::string why_unreachable(const dynamics::Model<double>& model, const FrameTarget& target,
                             const std::string& what);
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Functions of a stage whose state begins with a robot's configuration q, once the robot is placed there.
+// Makes a stage function of a robot's kinematics; the state must begin with the configuration q, then v.
 //
 //   StageFunction height = of_kinematics(scene, [frame](const auto& model, const auto& data, const auto& s) {
 //     return dynamics::frame_placement(model, data, frame).p[2];
 //   });
 //
-// `data` holds placements and velocities of all bodies at (q, v); what nothing asks for is not recorded.  Functions of
-// one stage share their kinematics: they are recorded on one tape, on which equal operations are one.
+// `data` holds placements and velocities of all bodies at (q, v); unused results are not recorded.  Functions of one
+// stage share their kinematics, since equal operations on a tape are merged.
 #pragma once
 
 #include <memory>

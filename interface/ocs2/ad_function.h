@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A function of variables x and parameters p, recorded once, derived, compiled and served: with the
-// vocabulary of OCS2's CppAdInterface, so that code written for it compiles, and with what it lacks.
+// A function of variables x and parameters p: recorded, differentiated, compiled, evaluated.  The interface is that
+// of OCS2's CppAdInterface, so that code for OCS2 compiles, with additions.
 //
 //   auto distance = [](const ad_vector_t& x, const ad_vector_t& p, ad_vector_t& y) {
 //     y.resize(1);
@@ -13,19 +13,22 @@
 //   matrix_t J = f.getJacobian(x, p);                         // (1 x 3) dy/dx; never dy/dp
 //   matrix_t H = f.getHessian(0, x, p);                       // (3 x 3) both triangles
 //
-// What the user's function captures is baked in as a constant; what changes between evaluations is a
-// parameter.
+// Values that the user's function captures are constants of the recording; pass values that change as parameters.
 //
-// The name is a label of any spelling and the folder the root of the cache: a library is known by what it
-// computes, its order, flags, compiler and processor, so that a stale one cannot be loaded, whatever the
-// names. Copies are cheap and share the loaded library.  All `const` members may be called from any number of
-// threads on one object; createModels and its kin change the object and are for one thread, as for every C++
-// object.
+// The name is a label of any spelling, the folder is the root of the cache.  A library is identified by its
+// computation, order, flags, compiler and processor, so a stale library is never loaded.
 //
-// Errors are exceptions of the family in autodiff/error.h that name the model and the entry: ArgumentError
-// (sizes, an order that was not created, no model yet), NumericalError (a result that is not finite, with the
-// operation that made it), GuardViolation (a recorded branch is left), ToolError (compiler).  What the user's
-// function throws passes through.
+// Copies are cheap and share the loaded library.  All `const` members may be called from several threads on one
+// object.  createModels and the load functions change the object and need exclusive access.
+//
+// Errors name the model and the entry (autodiff/error.h):
+//
+// - ArgumentError: sizes, an order that was not created, no model yet
+// - NumericalError: a result that is not finite, with the operation that produced it
+// - GuardViolation: another branch than the recording
+// - ToolError: the compiler failed
+//
+// Exceptions of the user's function are passed on.
 //
 // Formulas: Gauss-Newton of f = 1/2 |y|^2: dfdx = J^T y, dfdxx = J^T J; Hessian of the weighted sum w . y.
 #pragma once
@@ -48,25 +51,26 @@ using ad_scalar_t = AD;
 using ad_vector_t = VectorXad;
 using ad_matrix_t = MatrixXad;
 
-// What the five arguments of OCS2 do not say.
+// Settings beyond the five arguments of OCS2.
 struct AdFunctionSettings {
   std::string name = "function";
   std::string folder;              // root of the cache; empty: the user's default (codegen/options/options.h)
   std::vector<std::string> flags;  // for the compiler
   vector_t variables, parameters;  // the recording point, which decides branches; empty: values in (0.3, 1.1)
-  bool forceRebuild = false;  // createModels compiles even what is in the cache (recompileLibrariesCppAd)
-  bool checkFinite = true;    // a result that is not finite is a NumericalError
-  unsigned threads = 1;       // that share the points of evaluateBatch; 0: as many as there are
-  CodegenOptions codegen;  // profile, compiler, route, lanes; its order, folder, flags and label are not read
+  bool forceRebuild =
+      false;  // true: createModels compiles even if the cache has a library (recompileLibrariesCppAd)
+  bool checkFinite = true;  // true: a result that is not finite throws NumericalError
+  unsigned threads = 1;     // threads that share the points of evaluateBatch; 0: all
+  CodegenOptions codegen;   // profile, compiler, route, lanes; its order, folder, flags and label are ignored
 };
 
-// What happened in createModels or loadModels, and what was made: of what serves now.
+// How the current model was made, and its size.
 struct AdFunctionStatistics {
   std::string route;  // "compiled", "machine code" or "interpreter"
   Timings timings;
   std::vector<std::size_t> operations;  // of the kernels: value; with Jacobian; with Hessian
   std::size_t jacobianNonZeros = 0, hessianNonZeros = 0;  // of the Hessian: lower triangle
-  std::string sourcePath;                                 // the generated C, empty if there is none
+  std::string sourcePath;                                 // the generated C file, or ""
 };
 
 namespace detail {
@@ -82,10 +86,10 @@ class AdFunction {
 
   enum class ApproximationOrder { Zero, First, Second };
 
-  // OCS2's defaults but -ffast-math, which would not be passed on: that is said once to those who give it.
+  // OCS2's defaults without -ffast-math.  If a caller passes -ffast-math, it is ignored with one warning.
   static std::vector<std::string> defaultCompileFlags();
 
-  // Errors of the recording name the line that makes the object.
+  // Errors of the recording name the line that constructs the object.
   AdFunction(ad_parameterized_function_t function, std::size_t variableDim, std::size_t parameterDim,
              std::string modelName, std::string folderName = "",
              std::vector<std::string> compileFlags = defaultCompileFlags(),
@@ -97,17 +101,17 @@ class AdFunction {
              AdFunctionSettings settings, const char* file = __builtin_FILE(), int line = __builtin_LINE());
 
   // --- making the model ---
-  // Records, then takes the library from the cache or builds it.  If anything throws, the object keeps the
-  // model it had.  verbose: one line on stderr.
+  // Records, then loads the library from the cache or builds it.  If this throws, the object keeps its previous model.
+  // verbose: one line on stderr.
   void createModels(ApproximationOrder order = ApproximationOrder::Second, bool verbose = true);
-  // Records and loads the highest order that the cache has of exactly this function; NotCached if none.
+  // Records, and loads the highest order that the cache has for this function; NotCached if there is none.
   void loadModels(bool verbose = true);
-  // Loads this order from the cache, or creates it; never rebuilds what is there.
+  // Loads this order from the cache, or creates it; never rebuilds an existing library.
   void loadModelsIfAvailable(ApproximationOrder order = ApproximationOrder::Second, bool verbose = true);
-  // The same, and a library of a higher order serves too.
+  // Loads this order or a higher one from the cache, or creates it.
   void loadModelsOfAtLeast(ApproximationOrder order, bool verbose = true);
-  // With settings.codegen.route = Route::kTiered these come back before a compiler has started, and the first
-  // results are interpreted (codegen/compiled_function.h); results have the same bits all along.  This waits until
+  // With settings.codegen.route = Route::kTiered, the functions above return before a compiler starts, and the first
+  // results come from another tier (codegen/compiled_function.h) with the same bits.  waitForCompiler() returns when
   // the compiler is done, and throws ToolError if it failed.
   void waitForCompiler() const;
 
@@ -123,27 +127,27 @@ class AdFunction {
   const Pattern& jacobianPattern() const;  // (m x n), sorted by row
   const Pattern& hessianPattern() const;   // (n x n), lower triangle
   Eigen::SparseMatrix<double> getSparseJacobian(const VectorRef& x, const VectorRef& p = vector_t()) const;
-  // Both triangles.
+  // With both triangles.
   Eigen::SparseMatrix<double> getSparseHessian(const VectorRef& weights, const VectorRef& x,
                                                const VectorRef& p = vector_t()) const;
 
-  // --- one call, into the caller's memory, nothing computed twice, nothing allocated ---
-  // y (m), jacobian and hessian: non-zeros in the order of the patterns; null: not wanted.  Sizes are the
-  // caller's word; results are as finite as they are.  Throws GuardViolation.
+  // --- all results in one call, into the caller's memory, without allocation ---
+  // y (m); jacobian and hessian: non-zeros in the order of the patterns; null: not computed.  Sizes and finiteness
+  // are not checked.  Throws GuardViolation.
   void evaluate(const double* x, const double* p, double* y, double* jacobian = nullptr,
                 const double* weights = nullptr, double* hessian = nullptr) const;
 
-  // The same at `count` points that follow each other in every array, in settings.threads; the same bits.
+  // Evaluates `count` contiguous points with settings.threads threads; the same bits as evaluate().
   void evaluateBatch(std::size_t count, const double* x, const double* p, double* y,
                      double* jacobian = nullptr, const double* weights = nullptr,
                      double* hessian = nullptr) const;
 
-  // --- on request: recorded derivatives made at the first call ---
+  // --- derivatives that are generated at their first call ---
   matrix_t getParameterJacobian(const VectorRef& x, const VectorRef& p) const;             // (m x n_p)
   vector_t jvp(const VectorRef& x, const VectorRef& p, const VectorRef& direction) const;  // J d (m)
   vector_t vjp(const VectorRef& x, const VectorRef& p, const VectorRef& weights) const;    // J^T w (n)
 
-  // --- what is known about it ---
+  // --- properties ---
   const std::string& name() const { return settings_.name; }
   std::size_t variableDim() const { return variable_dim_; }
   std::size_t parameterDim() const { return parameter_dim_; }
@@ -167,12 +171,12 @@ class AdFunction {
   ad_parameterized_function_t function_;
   std::size_t variable_dim_, parameter_dim_;
   AdFunctionSettings settings_;
-  const char* file_;  // where it is made
+  const char* file_;  // where the object was constructed
   int line_;
   std::shared_ptr<const Model> model_;
 };
 
-// For code that names OCS2's class.
+// OCS2's name of the class.
 using CppAdInterface = AdFunction;
 
 }  // namespace dyntape

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A finished sweep, written down.
+// Writes the results of a sweep: a table, plots and a report.
 //
 //   SweepReport report{sweep, run_sweep(sweep, folder)};
 //   write_sweep_results(report, "out/drop");
 //   std::cout << report.text();
 //
-// write_sweep_results leaves in the folder, each file whole or not at all:
-//   sweep.csv       a row a sample (sweep_rows.h)
-//   failures.txt    a line for each sample whose row is not ok, if there is any: what happened
-//   effective.info  the sweep as it was understood, defaults included
-//   sweep.svg       results over what varies, and how they are distributed
-//   report.json     everything below, for programs; written last
+// write_sweep_results writes these files into the folder, each atomically:
+//   sweep.csv       one row per sample (sweep_rows.h)
+//   failures.txt    one line per failed sample with the reason, if any
+//   effective.info  the sweep with all defaults
+//   sweep.svg       results over the varied values, and their distributions
+//   report.json     all results, for programs; written last
 #pragma once
 
 #include <stop_token>
@@ -24,23 +24,23 @@ namespace dyntape {
 struct SweepReport {
   const SceneSweep& sweep;
   SweepOutcome outcome;
-  std::vector<std::string> unwritten = {};  // why results are not where they belong, a sentence each
+  std::vector<std::string> unwritten = {};  // files that could not be written, with the reason
 
-  bool success() const;         // it came to its end, and not every sample failed
+  bool success() const;         // the sweep is complete, and not every sample failed
   std::string verdict() const;  // one sentence
   std::string text() const;     // for people
   std::string json() const;     // for programs
 };
 
-// What cannot be written stands in report.unwritten.
+// Failures are listed in report.unwritten.
 void write_sweep_results(SweepReport& report, const std::string& folder, const std::stop_token& stop = {});
 
-// Of results that an earlier run has written.
+// Reads the outcome that an earlier run wrote.
 SweepOutcome finished_outcome(const SceneSweep& sweep, const std::string& folder);
 
-// Of the samples that are ok.
+// Quantiles of the successful samples.
 struct Quantiles {
-  double least = 0, low = 0, median = 0, high = 0, most = 0;  // low, high: of 5 and 95 %
+  double least = 0, low = 0, median = 0, high = 0, most = 0;  // low, high: 5 and 95 %
 };
 Quantiles quantiles_of(std::vector<double> values);
 io::Plot sweep_plot(const SceneSweep& sweep, const io::CsvTable& table);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Co-design: derivatives of whatever a robot computes by what it is built of.
+// Makes physical parameters of a robot differentiable (co-design): masses, inertias, lengths, armatures, gravity.
 //
 //   ModelParameters design(arm, {"mass:forearm_link", "length:wrist_1_joint", "armature:elbow_joint", "gravity:z"});
 //   Function f = record_design(arm, design, 18, [](const Model<AD>& robot, const VectorXad& x) {
@@ -10,7 +10,7 @@
 //   SparseFunction J = sparse_jacobian(f);                      // dtau/d(design)
 //   evaluate(f, design.nominal(), state);
 //
-//   name                what it is                                                          unit
+//   name                meaning                                                             unit
 //   mass:B              mass; centre of mass and inertia about it stay                      kg
 //   comx:B  comy:  comz:      centre of mass in the frame of the body                       m
 //   Ixx:B  Ixy:  Iyy:  Ixz:  Iyz:  Izz:    inertia about the centre of mass                 kg m^2
@@ -18,10 +18,11 @@
 //   armature:J          reflected rotor inertia, single joints only                         kg m^2 or kg
 //   gravity:x  :y  :z   acceleration of free fall in the world                              m/s^2
 //
-// B names a joint, or a link: the body that carries it, with all that is fixed to it.  A length changes no
-// mass.  What is not chosen is a constant of the recording, and costs nothing.
-// Errors.  ArgumentError with the nearest name for what does not exist, for a name that comes twice, for the
-// length of a joint at its parent's origin and for the armature of a joint that has none.
+// B names a joint, or a link: then the body that carries it, with all that is fixed to it.  A length changes no
+// mass.  Parameters that are not chosen are constants of the recording and cost nothing.
+//
+// Errors.  ArgumentError: an unknown name (with the nearest), a repeated name, the length of a joint at its parent's
+// origin, the armature of a joint that cannot have one.
 #pragma once
 
 #include <functional>
@@ -40,9 +41,9 @@ class ModelParameters {
 
   const std::vector<std::string>& names() const { return names_; }
   std::size_t size() const { return names_.size(); }
-  std::vector<double> nominal() const;  // (size) the robot as it is
+  std::vector<double> nominal() const;  // (size) the values of the given robot
 
-  // The robot with other values, (size).
+  // Returns the robot with other values (size).
   template <class T>
   dynamics::Model<T> apply(const dynamics::VectorRef<T>& values) const {
     dynamics::Model<T> robot = model_.cast<T>();
@@ -60,7 +61,7 @@ class ModelParameters {
 
   Part part_from(const std::string& name) const;
 
-  // Of all kinds but lengths.
+  // All kinds except lengths.
   template <class Model>
   static auto& entry(Model& robot, const Part& part) {
     switch (part.kind) {
@@ -92,8 +93,8 @@ class ModelParameters {
   std::vector<Part> parts_;
 };
 
-// Which are the variables, to be differentiated; the others are parameters.  Of all_as_variables (function.h)
-// both are.
+// Whether the design or the state is the variable of the recording; the other becomes a parameter.  all_as_variables
+// (function.h) turns both into variables.
 enum class DesignAs { kVariables, kParameters };
 
 using RobotProgram = std::function<VectorXad(const dynamics::Model<AD>& robot, const VectorXad& state)>;

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A robot's dynamics for recordings of one's own, with derivatives that are the analytic ones.
+// A robot's dynamics as callees, for use in other recordings, with analytic derivatives.  Use them if a recording
+// with dynamics is differentiated.
 //
 //   const auto id = inverse_dynamics_callee(arm);               // (q, v, a) -> tau
 //   Function f = record("effort", 3 * n, [&](const VectorXad& x) { return call(id, x).cwiseAbs2().eval(); });
 //   derive(f, Order::kSecond)
 //
-// Recording dynamics::rnea() gives the same values; but then the derivatives are those of the recorded value, and
-// take two to four times as many operations (first and second order of a 7-joint arm: 24 300 against 7 400).
-// What is printed is one straight line: value, Jacobian and Hessian share what they have in common.
+// dynamics::rnea() in a recording gives the same values, but derivatives of the recorded value take two to four
+// times as many operations (first and second order of a 7-joint arm: 24 300 against 7 400).  The generated code is
+// straight-line; value, Jacobian and Hessian share common subexpressions.
 //
-// Joints of one coordinate only (revolute, prismatic, helical) but where it says else: ArgumentError for others, where a
-// derivative by q is tangent and the chain rule needs more than the callee has.  Make one callee and use it for every call.
+// Joints must have one coordinate (revolute, prismatic, helical), unless stated otherwise; else ArgumentError.  For
+// other joints derivatives with respect to q are tangent, and a callee has no information for the chain rule.  Make
+// one callee and use it for all calls.
 #pragma once
 
 #include <memory>
@@ -23,29 +25,29 @@
 
 namespace dyntape {
 
-// (q, v, a) -> tau, dynamics::rnea; gravity and armature are those of the model.
+// (q, v, a) -> tau, as dynamics::rnea, with the model's gravity and armature.
 std::shared_ptr<const Callee> inverse_dynamics_callee(const dynamics::Model<double>& model);
-// (q, v, tau) -> ddq, dynamics::aba.
+// (q, v, tau) -> ddq, as dynamics::aba.
 std::shared_ptr<const Callee> forward_dynamics_callee(const dynamics::Model<double>& model);
-// (q, v, tau) -> (ddq, lambda), dynamics::constrained_dynamics: closed loops, rigid contacts; second derivatives are
-// those of constrained_hessian.h.  Spherical joints and free-flyers are allowed here: q is (nq), second derivatives are then
-// those of the recorded value.
-//   independent   the caller's word that rows are; without it the callee gives ddq alone, as forces of dependent rows are
-//                 not unique
+// (q, v, tau) -> (ddq, lambda), as dynamics::constrained_dynamics: closed loops, rigid contacts.  Second derivatives
+// are those of constrained_hessian.h.  Spherical joints and free-flyers are allowed: q is (nq), and second
+// derivatives are then those of the recorded value.
+//   independent   true: the caller guarantees independent rows.  false: the callee returns ddq only, since forces of
+//                 dependent rows are not unique
 std::shared_ptr<const Callee> constrained_dynamics_callee(
     const dynamics::Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
     bool independent = false);
-// (q, v) -> (v_plus, impulse), dynamics::impulse_dynamics, likewise.
+// (q, v) -> (v_plus, impulse), as dynamics::impulse_dynamics; likewise.
 std::shared_ptr<const Callee> impulse_dynamics_callee(
     const dynamics::Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
     double restitution, bool independent = false);
 
-// Whether the joints allow them, and are so many (three) that they pay: with fewer the derivatives of the recorded
-// value are as short.
+// Returns true if the joints allow callees and the model has at least three.  With fewer joints, derivatives of the
+// recorded value are as short.
 bool is_worth_callees(const dynamics::Model<double>& model);
 
-// A function of the table that is going to be derived: rnea and aba through their callee where it
-// pays, anything else as record_robot_function() records it.
+// Records a robot function that will be differentiated: rnea and aba as callees if is_worth_callees(), others as
+// record_robot_function().
 Function record_differentiable(const dynamics::Model<double>& model, const RobotFunction& function);
 
 }  // namespace dyntape

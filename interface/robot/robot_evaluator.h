@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A robot's functions by every route, with one shape of input and output (robot_functions.h), so that routes
-// can be compared entry by entry.
+// Evaluates a robot function by any route (plain, tape, generated, finite differences) with the same inputs and
+// outputs (robot_functions.h).  Use it to compare routes.
 //
 //   RobotEvaluator id(arm, RobotFunction("id-derivatives"), RobotRoute::kGenerated);
-//   Eigen::VectorXd y = id(state);                        // dtau_dq | dtau_dv | dtau_da, row by row
+//   Eigen::VectorXd y = id(state);                        // dtau_dq | dtau_dv | dtau_da, row-major
 //
 //   route        value functions                derivatives
 //   analytic     plain double code              plain double analytic recursion
-//   tape         interpreter of the recording   interpreter of the differentiated recorded value: nothing of
-//                                               the analytic derivative is used
+//   tape         interpreter of the recording   interpreter of the differentiated recorded value, independent of the
+//                                               analytic derivative
 //   generated    compiled C of the recording    compiled C of the shortest recording (RobotSource::kShortest)
-//   machine-code the same recordings, as machine code made in this process without a compiler: the bits of generated
+//   machine-code the same recordings as machine code generated in the process, without compiler; the bits of generated
 //   fd-forward   -                              (f(x (+) h) - f(x)) / h
 //   fd-central   -                              (f(x (+) h) - f(x (+) -h)) / 2h, of the plain double value
 //
-// Steps of the differences, for an entry x of v, a, tau or of a revolute or prismatic joint: s max(1, |x|),
-// as it is after rounding; for tangents of other joints s (rad, m), so that nothing depends on where the base
-// is. s = eps^(1/2) forward, eps^(1/3) central (W. Press et al., Numerical Recipes, 3rd ed., 5.7), or as
-// given.
+// Steps of finite differences:
 //
-// Errors: ArgumentError for a state of another size and for differences of a value function; NumericalError
-// for forward dynamics of a robot without inertia about a joint; ToolError of the compiler.
+// - for an entry x of v, a, tau, or of a revolute or prismatic joint: s max(1, |x|), after rounding
+// - for tangents of other joints: s (rad, m), so that the result does not depend on the base's position
+// - s = eps^(1/2) forward, eps^(1/3) central (W. Press et al., Numerical Recipes, 3rd ed., 5.7), or as given
+//
+// Errors.  ArgumentError: a state of wrong size, differences of a value function.  NumericalError: forward dynamics
+// if a joint moves no inertia.  ToolError: the compiler.
 #pragma once
 
 #include <memory>
@@ -40,19 +41,21 @@ inline constexpr RobotRoute kRobotRoutes[] = {RobotRoute::kAnalytic,  RobotRoute
                                               RobotRoute::kGenerated, RobotRoute::kMachineCode,
                                               RobotRoute::kFdForward, RobotRoute::kFdCentral};
 
-// "analytic", "tape", "generated", "machine-code", "fd-forward", "fd-central"; the reverse throws ArgumentError.
+// "analytic", "tape", "generated", "machine-code", "fd-forward", "fd-central".  robot_route_from throws
+// ArgumentError for other words.
 const char* to_string(RobotRoute route);
 RobotRoute robot_route_from(const std::string& word);
 
-// Whether the route is defined for the function: all but the differences of a value.
+// Returns false only for finite differences of a value function.
 bool has_route(const RobotFunction& function, RobotRoute route);
 
 struct RobotEvaluatorOptions {
-  CodegenOptions codegen;  // of the generated route; the machine-code route but for codegen.route
-  double step = 0;         // s of the differences; 0: the default
+  CodegenOptions
+      codegen;      // for the generated and machine-code routes; codegen.route is ignored by machine-code
+  double step = 0;  // s of the differences; 0: default
 };
 
-// One thread at a time.
+// Not thread-safe.
 class RobotEvaluator {
  public:
   RobotEvaluator(const dynamics::Model<double>& model, const RobotFunction& function, RobotRoute route,
@@ -64,11 +67,11 @@ class RobotEvaluator {
   std::size_t n_in() const;
   std::size_t n_out() const;
 
-  // state (n_in) -> result (n_out).
+  // state (n_in) -> result (n_out)
   void evaluate(const double* state, double* result);
   Eigen::VectorXd operator()(const Eigen::Ref<const Eigen::VectorXd>& state);
 
-  // What the tape, generated and machine-code routes run; null on the others.
+  // The function of the tape, generated and machine-code routes; null for the others.
   const CompiledFunction* compiled() const;
 
  private:

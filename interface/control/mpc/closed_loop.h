@@ -1,23 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A receding horizon and the plant that it steers, simulated: with disturbances, and with the time that a real controller takes.
+// Simulates a receding-horizon controller and its plant, with disturbances and with the computing time of the
+// controller.
 //
 //   const ClosedLoop loop = close_loop(problem, {.seconds = 3, .period = 0.02, .disturbances = {{1.0, dx}}});
 //   plot(loop.motion.t, loop.motion.x);        loop.latency(0.99);        // s
 //
-// Each period the state is measured and planned from; what is planned acts `delay` later, until then the plan before it.  Plans
-// begin where the model will be by then.  With a simulated plant, which only it knows, that is where the plan before is then, and as
-// far off as now.  Else the plant is the problem's own dynamics, integrated to 1e-10 (verify.h); a push adds to its
-// state at once, which the controller only sees at its next measurement.
+// Each period, the state is measured and a plan is computed.  The plan acts `delay` later; until then the previous
+// plan acts.  A plan starts at the state predicted for the time at which it acts.
 //
-// A plan that is not usable is not followed: the one before it goes on.
+// - Default plant: the problem's own dynamics, integrated to 1e-10 (verify.h).  It is also the prediction.
+// - Simulated plant (ClosedLoopOptions::plant): the prediction is the previous plan's state at that time, plus the
+// current deviation from this plan.
 //
-// With `feedback` the plant corrects what acts by the plan's gains every so often (receding_horizon.h), and holds the correction in
-// between: a push is answered before the next plan is there.
+// A disturbance is added to the plant's state.  The controller sees it at the next measurement.
 //
-// Errors: those of RecedingHorizon; ArgumentError for times that are not positive, a delay of a period or more, a push
-// of another size than the state.  A first plan that is not usable, and a plant that cannot be simulated, end the loop: `trouble` says
-// why.
+// If a plan is not usable, the previous plan continues.
+//
+// With `feedback`, the plant corrects the control with the plan's gains (receding_horizon.h) at this interval and
+// holds the correction in between.  The reaction to a disturbance thus does not wait for the next plan.
+//
+// Errors:
+//
+// - errors of RecedingHorizon
+// - ArgumentError: times that are not positive, a delay of a period or more, a disturbance of another size than the
+// state
+//
+// If the first plan is not usable, or the plant cannot be simulated, the loop ends and `trouble` has the reason.
 #pragma once
 
 #include <functional>
@@ -30,25 +39,25 @@ namespace dyntape {
 struct Disturbance {
   double at;               // s
   Eigen::VectorXd change;  // (n_x) of the state
-  // In its place: the change, from the state then.
+  // If set, used instead of `change`: returns the change for the current state.
   std::function<Eigen::VectorXd(const Eigen::VectorXd& x)> of_state = {};
 };
 
-// A plant of another kind than the problem's own dynamics: moves x (n_x) from one time to another under controls (n_u), which it
-// asks for as often as it likes.  Returns "", or why it cannot be simulated.
+// A plant other than the problem's own dynamics.  Advances x (n_x) from one time to another, and may call `control`
+// (n_u) at any time in between.  Returns "", or the reason why the simulation failed.
 using SimulatedPlant = std::function<std::string(Eigen::VectorXd& x, double from, double to,
                                                  const std::function<Eigen::VectorXd(double t)>& control)>;
 
 struct ClosedLoopOptions {
   double seconds = 3, period = 0.02, delay = 0;  // s
-  double feedback = 0;                           // s between corrections by the plan's gains; 0: none
+  double feedback = 0;  // s between corrections with the plan's gains; 0: no feedback
   MpcOptions mpc = {};
   std::vector<Disturbance> disturbances = {};
   SimulatedPlant plant = {};  // empty: the problem's own dynamics
-  // Asked at every step: why the loop is over, a robot that fell say; "": it goes on.
+  // Called at every step.  Returns the reason to end the loop, e.g. that the robot fell; "" to continue.
   std::function<std::string(double t, const Eigen::VectorXd& x)> is_over = {};
   std::stop_token stop = {};
-  std::function<void(double t)> watch = {};  // told of each step when it begins
+  std::function<void(double t)> watch = {};  // called at the beginning of each step
 };
 
 struct ClosedLoop {
@@ -58,13 +67,13 @@ struct ClosedLoop {
     SolveStatus status;
     bool usable;
   };
-  Trajectory motion;  // of the plant at the times of steps, and the control that acted then
+  Trajectory motion;  // the plant at the times of steps, and the control at these times
   std::vector<Step> steps;
   std::string trouble;
   BuildReport build;
 
-  double latency(double share) const;  // s, that this share of the steps after the first did not exceed
-  int missed(double deadline) const;   // steps after the first that took longer (s)
+  double latency(double share) const;  // quantile (s) of the computing times, without the first step
+  int missed(double deadline) const;   // number of steps above the deadline (s), without the first step
   int unusable() const;
 };
 

@@ -1,58 +1,73 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Model predictive control: an optimal control problem solved again and again from where the plant is.
+// Model predictive control: solves an optimal control problem repeatedly, each time from the measured state.
 //
 //   Problem p = ...;                                             // its duration is the horizon
-//   RecedingHorizon mpc(p, {.mesh = {.intervals = 20}});         // recorded, compiled: once
+//   RecedingHorizon mpc(p, {.mesh = {.intervals = 20}});         // records and compiles once
 //   for (;;) {
 //     const MpcStep& s = mpc.step(t, x);                         // state x measured at time t (s)
 //     if (s.usable) plant.apply(s.plan.control(t));
 //   }
 //   const Plan& now = mpc.latest().read();                       // in another thread, after latest().take()
-//   plant.apply(now.control(t, x));                              // as often as it likes, with MpcOptions::gains: feedback
+//   plant.apply(now.control(t, x));                              // at any rate; with MpcOptions::gains: feedback
 //
-// A step starts from the last solution, moved by the time that has passed: states and controls, multipliers and the barrier.  Nothing is
-// compiled or recorded.  The first step is solved.  With `iterations` above 0 a later one makes so many steps of sequential quadratic
-// programming at most: with one it is the real-time iteration, in which the plant moves while the solver converges.  Its status is
-// then "iteration limit"; its cost is that of the quadratic model.
+// Steps.  A step is warm-started from the previous solution, shifted by the elapsed time: states, controls,
+// multipliers and barrier parameter.  Nothing is compiled or recorded.
 //
-// Far from the plan, after a push say, the last solution's barrier is too low: to other limits it is a long way along the old ones.  So
-// where the moved plan violates something by more than kFar nominal values, it is solved from with a new barrier.  What that gives no
-// usable plan for is tried the other way, and then from the problem's own guess, whatever `iterations` says: only then is the verdict
-// that of the problem and not of where the search began.  Measured on a cart-pole, a seven-joint arm and a robot as one mass: up to
-// kFar going on takes 2 to 16 iterations and a new barrier 4 to 21; beyond, where limits are reached, 21 to 61 and 17 to 33.
+// - The first step is always solved to convergence.
+// - If `iterations` is above 0, each later step does at most this number of iterations of sequential quadratic
+// programming.  1 is the real-time iteration: the plant moves while the solver converges.
+// - The status of such a step is "iteration limit"; its cost is the value of the quadratic model.
 //
-// The first plan is checked to the second order (second_order.h), with differences of slopes where Hessians are Gauss-Newton's: on top of a
-// hill every slope is zero.  A plan that is no minimum is left; if that fails, it is not called solved.
+// Large deviations.  After a disturbance the barrier parameter of the previous solution is too small: other limits
+// become active, and the path to them is long.  If the shifted plan violates a constraint by more than kFar nominal
+// values, the step starts from the shifted plan with a new barrier parameter.  If the chosen start gives no usable
+// plan, the step tries the other start, then the problem's initial guess.  Solves with a new barrier parameter
+// ignore `iterations`.  Measured on a cart-pole, a seven-joint arm and a single-mass robot:
 //
-// What terms read as s.t is time within the horizon, from 0.  Parameters that are functions of time are asked at the plant's
-// time: a reference r(t) is followed as it is.  They change in place through values().  The problem's guess is asked once for each time of
-// the mesh and remembered; one that is set through values() is asked in every step.
+//                                     warm start           new barrier parameter
+//   deviation up to kFar              2 to 16 iterations   4 to 21
+//   beyond, where limits are active   21 to 61             17 to 33
 //
-// Without limits, these being soft (penalties.h), a step with `iterations` above 0 is a linear system (equality_qp.h), takes the same
-// time whatever happens, and goes on from the last solution however far that is.
+// Second order.  The first plan is checked for a minimum (second_order.h), with finite differences of gradients if
+// the Hessians are Gauss-Newton.  If it is a saddle or a maximum, another solve tries to leave it.  If that fails,
+// the status is kAcceptable, not kSolved, and MpcStep::is_minimum is false.
 //
-// A waypoint of the plant's time is likewise a running term with a parameter of time for its target, and another for its weight.
-// One of the horizon (at_fraction(), problem.h), which would go on before the plant for ever, is refused; terms at the start of the
-// horizon act on what the plant does now.
+// Time.  s.t in a term is the time within the horizon, from 0.  Parameters that are functions of time use the
+// plant's time, so that a reference r(t) is followed.  values() changes parameters in place.  The problem's guess is
+// evaluated once per mesh point and cached; a guess set through values() is evaluated in every step.
 //
-// A plan is usable if it is solved, or violates nothing by more than `violation` of the nominal values (nlp.h) that its numbers had at
-// the first start: what one step of the real-time iteration leaves open falls from step to step, and stands in `violation`.
-// Gauss-Newton, the default, needs every cost as squares; with exact Hessians whole steps may lead away.
+// Without limits.  If the problem has no limits, or soft limits only (penalties.h), and `iterations` is above 0, a
+// step solves one linear system (equality_qp.h).  Its time is constant, and it always continues from the previous
+// solution.
 //
-// Feedback between steps.  Plans may have a gain: u = u_plan(t) + K (x - x_plan(t)), within the limits of controls, where
-// K = d u(0) / d x(0) is how the first control of the problem changes with where it begins, to first order; the solver's last
-// system is factored once more for it.  What is at a limit stays there, softened as the barrier has left it.  Where Gauss-Newton
-// solves, the gain is its own.  A plan whose quadratic model has no minimum has none.  One gain serves until the next plan: it is that of
-// a controller as fast as the mesh.  Later ones, which divide by what is left of the first state, ask for what no plant does
-// within an interval: for the arm of config/control/arm_holds.info on intervals of 20 ms, poles at -6e4 /s in place of -97 /s.
+// Waypoints.  For a waypoint at a time of the plant, use a running term whose target and weight are parameters of
+// time.  Terms at a fraction of the horizon (at_fraction(), problem.h) are refused, since they would move with the
+// horizon.  Terms at the start of the horizon affect the current control.
 //
-// Errors: ArgumentError for a state of the wrong size or with entries that are no numbers, for times that go back, a problem whose
-// start or duration is free, with a term between start and end of its horizon, and for what solve_with_riccati refuses.  How a solve
-// ended is no error but a status.
+// Usable plans.  A plan is usable if it is solved, or violates no constraint by more than `violation` nominal values
+// (nlp.h), those of the first start.  The residual of each real-time iteration is reported as `violation`; it
+// decreases from step to step.  Gauss-Newton, the default, needs all costs as squares.  With exact Hessians full
+// steps may diverge.
 //
-// Source: M. Diehl, H. G. Bock, J. P. Schloeder, A real-time iteration scheme for nonlinear optimization in optimal feedback control, SIAM
-// Journal on Control and Optimization 43(5), 2005.
+// Feedback between steps.  With `gains`, u = u_plan(t) + K (x - x_plan(t)), clamped to the limits of the controls.
+// K = d u(0) / d x(0) is the derivative of the first control with respect to the initial state, to first order.
+//
+// - Cost: one more factorisation of the solver's last system.
+// - Controls at a limit stay there, smoothed by the barrier.  With Gauss-Newton, K is the gain of that model.
+// - A plan has no gain if its quadratic model has no minimum.
+// - One gain serves until the next plan.  It belongs to a controller as fast as the mesh.  Gains of later intervals
+// would divide by the remaining influence of the first state and demand what no plant does within an interval: for
+// the arm of config/control/arm_holds.info on intervals of 20 ms, poles at -6e4 /s instead of -97 /s.
+//
+// Errors.  The result of a solve is a status, not an error.  ArgumentError for:
+//
+// - a state of the wrong size or not finite, or a time before the previous one
+// - a problem with free start or free duration, or with a term between start and end of the horizon
+// - problems that solve_with_riccati refuses
+//
+// Source: M. Diehl, H. G. Bock, J. P. Schloeder, A real-time iteration scheme for nonlinear optimization in optimal
+// feedback control, SIAM Journal on Control and Optimization 43(5), 2005.
 #pragma once
 
 #include <memory>
@@ -68,31 +83,31 @@ namespace dyntape {
 
 struct MpcOptions {
   MeshOptions mesh = {.scheme = trapezoid(), .intervals = 20, .hessian = HessianKind::kGaussNewton};
-  SolverOptions solver = {.tolerance = 1e-6};  // its method is kRiccati, whatever it says
-  int iterations = 0;                          // of a step at most, but of the first; 0: until it is solved
-  double violation = 1e-2;                     // of what is usable
-  bool gains = false;                          // of plans
+  SolverOptions solver = {.tolerance = 1e-6};  // its method is ignored: always kRiccati
+  int iterations = 0;       // most iterations of a step after the first; 0: until convergence
+  double violation = 1e-2;  // limit for usable plans, in nominal values
+  bool gains = false;       // compute feedback gains
 };
 
-// What the plant is to do from a time on.  A value that any thread may read.
+// The planned motion from a time on.  A value; several threads may read it.
 struct Plan {
   double begin = 0;   // s, plant's time
   Trajectory motion;  // times from 0
 
-  // At the plant's time, that of the beginning or of the end where it lies beyond them.
+  // At the plant's time, clamped to the times of the plan.
   Eigen::VectorXd control(double t) const;
-  Eigen::VectorXd state(
-      double t) const;  // along cubics where there is a gain, else straight lines between points
+  Eigen::VectorXd state(double t) const;  // cubic interpolation if there is a gain, else linear
 
-  // With feedback: of a plant that is at x.  Without a gain the same as control(t).
+  // With feedback for a plant at x.  Without a gain equal to control(t).
   Eigen::VectorXd control(double t, const Eigen::VectorXd& x) const;
-  Eigen::VectorXd correction(double t, const Eigen::VectorXd& x) const;  // (n_u) K (x - x_plan), limits apart
+  Eigen::VectorXd correction(double t,
+                             const Eigen::VectorXd& x) const;  // (n_u) K (x - x_plan), without limits
   Eigen::VectorXd limited(const Eigen::VectorXd& u) const {
     return u.cwiseMax(limits.lower).cwiseMin(limits.upper);
   }
 
-  Eigen::MatrixXd gain;   // (n_u x n_x), or empty: none
-  Eigen::MatrixXd rates;  // (n_x x points) x', where there is a gain
+  Eigen::MatrixXd gain;   // (n_u x n_x), or empty
+  Eigen::MatrixXd rates;  // (n_x x points) x', if there is a gain
   Bounds limits;          // of controls
   // Problem::difference.
   std::function<Eigen::VectorXd(const Eigen::VectorXd& from, const Eigen::VectorXd& x)> difference;
@@ -101,23 +116,23 @@ struct Plan {
 struct MpcStep {
   Plan plan;
   bool usable = false;
-  bool is_minimum = true;  // of the first plan; later ones go on from it
+  bool is_minimum = true;  // of the first plan; later plans continue from it
   SolveStatus status = SolveStatus::kSolverError;
   int iterations = 0;
   double cost = 0, violation = 0;  // relative to nominal values
   double seconds = 0;              // from the call to the plan
-  double gain_seconds = 0;         // of these, for the gain
+  double gain_seconds = 0;         // part of `seconds` spent on the gain
 };
 
 class RecedingHorizon {
  public:
-  static constexpr double kFar = 1.5;  // above
+  static constexpr double kFar = 1.5;  // nominal values, see above
 
   RecedingHorizon(const Problem& problem, const MpcOptions& options = {});
 
   const MpcStep& step(double t, const Eigen::VectorXd& x);
 
-  // Parameters, goal, bounds and costs' targets from the next step on; times of parameters are the plant's.
+  // Changes parameters, goal, bounds and targets of costs from the next step on; parameters use the plant's time.
   Problem& values() { return values_; }
   TripleBuffer<Plan>& latest() { return latest_; }
   BuildReport build() const { return program_.build(); }
@@ -140,7 +155,7 @@ class RecedingHorizon {
   std::unique_ptr<ScaledNlp> scaled_;
   std::unique_ptr<StructuredInteriorPoint> solver_, of_model_;
   std::unique_ptr<QpSubproblem> model_;
-  std::unique_ptr<EqualityQp> system_;  // of a model without limits; null: it has some
+  std::unique_ptr<EqualityQp> system_;  // for a model without limits; null if there are limits
   std::function<Eigen::MatrixXd(const std::vector<std::size_t>& held)> derivatives_;  // of the plan
   NlpSolution last_;                                                                  // in scaled units
   MpcStep step_;

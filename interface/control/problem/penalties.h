@@ -1,38 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Soft terms: what a constraint or a residual lacks as a cost.
+// Penalties: turn a constraint or a residual into a soft term of the cost.
 //
 //   p.add(soft(path_inequality("slow", v, lower, upper), RelaxedBarrier{.mu = 1e-3, .delta = 1e-2}));
 //   p.add(soft(path_equality("power", joint_power(scene, unit)), SmoothAbsolute{.weight = 1, .width = 0.1}));
 //   p.add(soft(keep_clear(scene, hand, post), Quadratic{100}));
 //   p.add(soft(running_squares("marker", away), Huber{.weight = 1, .width = 0.02}));
 //
-// Acts where the term acts and keeps its name.  Of an equality, or of residuals that are squared, it takes the residual r;
-// of an inequality what each entry lies beyond its bounds, which is zero between them; entries add up.
+// The penalty acts where the term acts and keeps its name.  For equalities and squared residuals, r is the residual.
+// For inequalities, r is the distance of each entry beyond its bounds, and zero between them.  Entries are summed.
 //
-//                      of r                                       near 0           far away
+//                      penalty of r                               near 0           far away
 //   Quadratic          weight r^2
 //   Huber              2 weight d^2 (sqrt(1 + (r/d)^2) - 1)       weight r^2       2 weight d |r|      d: width
 //   SmoothAbsolute     weight (sqrt(r^2 + e^2) - e)               weight r^2/(2e)  weight |r|          e: width
 //
-// The last two are one function, said by its curvature at zero or by its slope far away.  It is the smooth form of Huber's: the
-// one that is pieced together from a parabola and lines has no curvature at all on its lines, and a jump of it between, where
-// Newton's steps go back and forth.  Quadratic and Huber are written as squares of a residual that is smooth in r, at zero
-// too, so Gauss-Newton knows them.  Of an inequality the curvature jumps at a bound, the slope does not.
+// Huber and SmoothAbsolute are the same function, with either the curvature at zero or the slope far away as
+// parameter.  The function is the smooth form of Huber's.  The piecewise form has no curvature on its lines and a
+// jump of curvature, where Newton steps oscillate.  Quadratic and Huber are squares of a residual that is smooth in
+// r, so Gauss-Newton applies.  For inequalities the slope is continuous at a bound, the curvature is not.
 //
-//   RelaxedBarrier     of the room h to each finite bound of an inequality: -mu log h where h > delta, below it the parabola with
+//   RelaxedBarrier     with h the distance inside each finite bound: -mu log h if h > delta; below, the parabola with
 //                      the same value, slope and curvature: mu/2 (((h - 2 delta)/delta)^2 - 1) - mu log delta.
 //
-// It pushes away from bounds before they are reached, falls without end as room grows, and is defined where a bound is broken,
-// so that a start may be anywhere.  As mu and delta go to zero the optimum goes to that with the bound itself.  It is no sum of
-// squares; Gauss-Newton gets its curvature in h exactly (Term::curvature).  Sources: J. Hauser, A. Saccon, A barrier function
-// method for the optimization of trajectory functionals with constraints, CDC 2006; C. Feller, C. Ebenbauer, Relaxed logarithmic
-// barrier function based model predictive control of linear systems, IEEE Transactions on Automatic Control 62(3), 2017.
+// The barrier pushes away from bounds before they are reached, decreases without limit as h grows, and is defined
+// beyond bounds, so that any start is valid.  For mu and delta to zero, its optimum converges to the optimum with
+// the bound.  The barrier is not a sum of squares; Gauss-Newton uses its exact curvature in h (Term::curvature).
 //
-// Numbers: |r| up to 1e150 widths.
+// Range: |r| up to 1e150 widths.
 //
-// Errors: ArgumentError for a plain cost, for a barrier of what is no inequality, for a weight, width, mu or delta that is no
-// positive number.
+// Errors.  ArgumentError: a plain cost, a barrier on a term that is not an inequality, a weight, width, mu or delta
+// that is not positive.
+//
+// Sources: J. Hauser, A. Saccon, A barrier function method for the optimization of trajectory functionals with
+// constraints, CDC 2006; C. Feller, C. Ebenbauer, Relaxed logarithmic barrier function based model predictive
+// control of linear systems, IEEE Transactions on Automatic Control 62(3), 2017.
 #pragma once
 
 #include <variant>

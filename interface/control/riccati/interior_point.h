@@ -1,27 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// An interior-point method of our own for programs whose variables stand in a chain of stages (NlpShape::stages): its linear
-// systems take time linear in the number of stages (riccati_kkt.h), and it keeps no static state, so any number of solves run
-// at once.
+// A primal-dual interior-point method for programs whose variables form a chain of stages (NlpShape::stages).  Its
+// linear systems take time linear in the number of stages (riccati_kkt.h).  It has no static state, so several
+// solves may run at once.
 //
 //   NlpSolution s = solve_with_riccati(problem, start, {.tolerance = 1e-10});
 //   if (s.status == SolveStatus::kSolved) use(s.x, s.objective);
 //
-// The same programs, units, rounds, tolerances and verdicts as with Ipopt (ipopt.h); what differs is how steps are found.
+// Programs, units, rounds, tolerances and statuses are as with Ipopt (ipopt.h); only the steps are computed
+// differently.
 //
-// Method.  Slacks and logarithmic barriers, primal and dual Newton steps, a filter line search with second-order corrections;
-// a barrier parameter that falls when its problem is solved to a part of it, and first rises, tenfold and twice at most, where
-// bounds cut three steps in a row to less than a tenth: an arm within its limits took 52 iterations, now 38.  Where the
-// reduced Hessian is not positive definite the Hessian is shifted until it is.  Where no step helps, the squares of what the
-// constraints lack are minimised until the filter takes the point (restoration); where these have a minimum that is not
-// zero, the program is locally infeasible.
+// Method.  Slacks and logarithmic barriers, primal and dual Newton steps, a filter line search with second-order
+// corrections.
 //
-// max_seconds is processor time of the thread that solves, not of those that evaluate for it.
+// - The barrier parameter decreases when its problem is solved to a fraction of the parameter.  At first it
+// increases, tenfold and at most twice, if bounds cut three steps in a row to less than a tenth: an arm within its
+// limits took 52 iterations without this, 38 with it.
+// - If the reduced Hessian is not positive definite, the Hessian is regularised until it is.
+// - If no step succeeds, the sum of squared constraint violations is minimised until the filter accepts the point
+// (restoration).  If this has a nonzero minimum, the program is locally infeasible.
 //
-// Errors.  ArgumentError: a start of the wrong size, options of Ipopt's own, a program without second derivatives
-// (HessianKind::kLimitedMemory), or one whose rows tie more than neighbours (of
-// StructuredInteriorPoint; solve_with_riccati knows those of lifted_nlp.h).  NumericalError: the functions are not finite at
-// the start.  What the problem's functions throw comes through.
+// max_seconds is processor time of the solving thread, without threads that evaluate functions.
+//
+// Errors.  Exceptions of the program's functions are passed on.  NumericalError: functions that are not finite at
+// the start.  ArgumentError for:
+//
+// - a start of wrong size, or options that only Ipopt has
+// - a program without second derivatives (HessianKind::kLimitedMemory)
+// - StructuredInteriorPoint: a program whose rows couple more than neighbouring stages (solve_with_riccati lifts
+// these, lifted_nlp.h)
 //
 // Source: A. Waechter and L. T. Biegler, "On the implementation of an interior-point filter line-search algorithm for
 // large-scale nonlinear programming", Mathematical Programming 106(1), 2006: its names and constants.
@@ -37,9 +44,9 @@ namespace dyntape {
 NlpSolution solve_with_riccati(Nlp& problem, const std::vector<double>& start,
                                const SolverOptions& options = {});
 
-// The method itself, for one program solved again and again: in its units as they are, from any start, or, with `warm`, going on
-// from an earlier solution's multipliers and barrier as well.  Bounds of the program may change between solves; where two
-// become equal, or a row has its first, all is laid out anew.
+// The method for repeated solves of one program, in the program's units.  A solve starts from any point; with
+// `warm`, also from the multipliers and barrier parameter of an earlier solution.  Bounds may change between solves.
+// If two bounds become equal, or a row gets its first bound, the structure is built again.
 class StructuredInteriorPoint {
  public:
   explicit StructuredInteriorPoint(Nlp& nlp);
@@ -48,9 +55,10 @@ class StructuredInteriorPoint {
   NlpSolution solve(const std::vector<double>& start, const SolverOptions& options,
                     const NlpSolution* warm = nullptr);
 
-  // (variables of the first stage x held) how these of the last solution change, to first order, with those of them that are held
-  // by equal bounds.  With the program's own kind of Hessian and the barrier as it ended, so what is at a limit
-  // stays there.  Empty where the last solve ended at no minimum of its quadratic model.
+  // The derivatives of the first stage's variables with respect to those of them that equal bounds fix (`held`):
+  // (variables of the first stage x held), to first order at the last solution.  Uses the program's kind of Hessian
+  // and the final barrier, so variables at a limit stay there.  Empty if the last solve ended at no minimum of its
+  // quadratic model.
   Eigen::MatrixXd derivatives(const std::vector<std::size_t>& held);
 
  private:

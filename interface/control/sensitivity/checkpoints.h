@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The reverse sweep of a long row of steps with few of its states in memory.
+// A backward sweep over many steps with few states in memory (binomial checkpointing).
 //
 //   x_{k+1} = forward(k, x_k),  k = 0 .. N-1;      adjoint of x_k = back(k, x_k, adjoint of x_{k+1})
 //
@@ -10,21 +10,21 @@
 //       .back = [&](long k, const VectorXd& x, VectorXd& adjoint) { adjoint = A(k, x).transpose() * adjoint; }});
 //   r.adjoint                                                                                // of x_0: the gradient
 //
-// What back() needs besides x_k it may gather itself: derivatives by controls, by parameters.  It is called once for each
-// k, from N - 1 down to 0, with the same bits of x_k whatever is kept: so the gradient has the same bits, too.
+// back() may also compute other results from x_k, e.g. derivatives with respect to controls and parameters.  back()
+// is called once for each k from N - 1 to 0, always with the same bits of x_k.  So the gradient's bits do not depend
+// on the number of checkpoints.
 //
-// Kept are `checkpoints` states at most, x_0 among them, and one more that moves.  What is not kept is found again from
-// the last that is, with the fewest steps there can be: binomial checkpointing.  With s checkpoints, no step is taken more
-// than r times, the least with beta(s, r) >= N, and
+// Memory: at most `checkpoints` states, including x_0, and one moving state.  Other states are recomputed from the
+// last stored one, with the fewest possible steps.  With s checkpoints, no step is computed more than r times, the
+// least r with beta(s, r) >= N, and
 //   fewest(N, s) = r N - beta(s + 1, r - 1),     beta(s, r) = (s + r)! / (s! r!)
-// and one more, the last, that brings x_N itself.  With s = N all is kept and a step is taken once; s = 1 takes
-// N (N - 1) / 2.  A million steps with 20 checkpoints take 6.8 million.  Memory that grows with the root of N takes two or
-// three times N, with log N some N log N.
+// plus one last step to x_N.  s = N stores all states and computes each step once; s = 1 computes N (N - 1) / 2
+// steps.  A million steps with 20 checkpoints take 6.8 million.  Memory proportional to the root of N takes two or
+// three times N steps; proportional to log N, about N log N.
 //
-// To find states by integrating backwards in time would need no memory, and is no gradient: what contracts grows
-// then, noise first.
+// States must not be recomputed by integrating backwards in time: contracting motions then diverge, noise first.
 //
-// Errors: ArgumentError for less than one checkpoint, a negative number of steps, a function that is missing.
+// Errors.  ArgumentError: fewer than one checkpoint, a negative number of steps, a missing function.
 //
 // Source: A. Griewank, A. Walther, Algorithm 799: revolve, ACM Transactions on Mathematical Software 26(1), 2000,
 // theorem 1.
@@ -43,14 +43,14 @@ struct ReversibleSteps {
 
 struct ReverseSweep {
   Eigen::VectorXd adjoint;  // of x_0
-  long forward_steps = 0;   // fewest_forward_steps() and the last
-  long stored = 0;          // most checkpoints at a time
+  long forward_steps = 0;   // fewest_forward_steps() plus the last step
+  long stored = 0;          // most states stored at a time
 };
 
 ReverseSweep reverse_sweep(long steps, long checkpoints, const Eigen::VectorXd& x0,
                            const ReversibleSteps& of);
 
-// Without the last.  The largest long: more than that.
+// Without the last step.  If the number exceeds the range of long, returns the largest long.
 long fewest_forward_steps(long steps, long checkpoints);
 
 }  // namespace dyntape

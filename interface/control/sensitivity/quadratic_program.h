@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A quadratic program as data, its solution, and how a solve ended (quadratic_layer.h).
+// Data, solution and status of a dense quadratic program (quadratic_layer.h).
 //
 //   minimise  1/2 x.Q x + q.x   subject to  A x = b,  G x <= h
 #pragma once
@@ -19,9 +19,9 @@ struct QuadraticProgram {
 };
 
 struct QuadraticSolution {
-  // (n), multipliers of the equalities and of the inequalities: Q x + q + A^T nu + G^T lambda = 0.
+  // x (n), and the multipliers of equalities and inequalities: Q x + q + A^T nu + G^T lambda = 0.
   Eigen::VectorXd x, nu, lambda;
-  // Of forward(): how many of such changes leave the active constraints what they are, to first order.
+  // Results of forward(): the range of multiples of the change in which the active set is constant, to first order.
   double from = 0, to = 0;
 };
 

@@ -1,32 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The gradient of what a motion costs, by its controls, its start and its parameters, in one sweep back over the
-// motion.
+// The gradient of the cost of a simulated motion with respect to controls, start and parameters, in one backward
+// sweep (adjoint method).
 //
-//   Problem p = ...;                                     // costs, a start: what differential dynamic programming takes
-//   RolloutAdjoint adjoint(p, {.intervals = 200});       // recorded, compiled: once
+//   Problem p = ...;                                     // costs and a start, as for differential dynamic programming
+//   RolloutAdjoint adjoint(p, {.intervals = 200});       // records and compiles once
 //   const RolloutGradient g = adjoint.discrete(u);       // u (n_u x N): held over each interval
 //   g.cost, g.controls.col(k)                            // J, dJ/du_k
 //
-// discrete()    the gradient of the classical Runge-Kutta steps themselves, exact to rounding: with x_{k+1} = F_k(x_k, u_k)
-//               and costs l_k
+// discrete()    the gradient of the classical Runge-Kutta steps, exact to rounding: with x_{k+1} = F_k(x_k, u_k) and
+//               costs l_k
 //                 lambda_N = dM/dx,  lambda_k = dl_k/dx + (dF_k/dx)^T lambda_{k+1},
 //                 dJ/du_k = dl_k/du + (dF_k/du)^T lambda_{k+1}
-//               With few checkpoints (checkpoints.h) memory for states does not grow with N, and no bit changes.
-// continuous()  the adjoint equation of the motion, integrated backwards by as many Runge-Kutta steps along the states of
-//               the roll-out (cubic between nodes)
+//               With a limit on checkpoints (checkpoints.h) the memory for states does not grow with N; bits are equal.
+// continuous()  the adjoint equation, integrated backwards by the same number of Runge-Kutta steps along the
+// simulated
+//               states (cubic between nodes)
 //                 mu' = -(df/dx)^T mu - dL/dx,   mu(T) = dM/dx,   dJ/dp = + int (df/dp)^T mu + dL/dp dt
-//               The integral counts forwards in time, hence the plus.  Both approach the gradient of the motion with
-//               h^4, and so each other.
+//               The integral runs forwards in time, hence the plus.
+// Both converge to the gradient of the exact motion with h^4.
 //
-// The adjoint is the slope of the cost by the state with the controls held as they are.  The slope of the cost to go
-// of a policy (ddp.h) is the same at an optimum only.
+// The adjoint is the gradient of the cost with fixed controls.  The cost-to-go gradient of a policy (ddp.h) is equal
+// only at an optimum.  If a parameter is a function of time, its gradient is with respect to a constant added to it.
+// Limits of controls are ignored.
 //
-// Slopes of a parameter that is a function of time are by a number added to it at all times.  Limits of controls are
-// not looked at.
-//
-// Errors: ArgumentError for a problem that steps do not know (record_stage.h), controls of another size;
-// NumericalError where a step, or the cost of the end, is not finite.  GuardViolation where a recorded branch is left.
+// Errors.  ArgumentError: a problem that record_stage.h does not support, controls of wrong size.  NumericalError: a
+// step or the terminal cost is not finite.  GuardViolation: another branch than the recording.
 #pragma once
 
 #include <memory>
@@ -38,7 +37,7 @@ namespace dyntape {
 
 struct RolloutOptions {
   int intervals = 100;
-  long checkpoints = 0;  // states that discrete() keeps at most; 0: all
+  long checkpoints = 0;  // most states that discrete() stores; 0: all
   CodegenOptions evaluation = {};
 };
 
@@ -47,7 +46,7 @@ struct RolloutGradient {
   Eigen::MatrixXd controls;    // (n_u x N)
   Eigen::VectorXd start;       // (n_x)
   Eigen::VectorXd parameters;  // (n_p)
-  Eigen::MatrixXd adjoint;     // (n_x x N + 1) at the nodes; empty where checkpoints are few
+  Eigen::MatrixXd adjoint;     // (n_x x N + 1) at the nodes; empty if checkpoints are limited
   long forward_steps = 0;
 };
 

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Solves a problem, or a motion in phases, on one given mesh, and verifies the motion.
+// Solves a problem, or a problem in phases, on a given mesh, and verifies the motion.  Use solve() (solve.h) unless
+// the mesh is given.
 //
 //   const Solution s = optimise(problem, {.mesh = {.intervals = 40}});
 //   // or solve(problem), which chooses the mesh (solve.h)
 //   if (s.success()) plot(s.motion.t, s.motion.x);
 //   const Solution jump = optimise(phases, {.meshes = {{.intervals = 20}, {.intervals = 10}, {.intervals = 20}}});
 //
-// Steps: record and derive the stages, check the derivatives at a random point near the start, check that everything is finite
-// there, let the solver solve, compute the optimality conditions anew, verify each phase (verify.h) and the links between them,
-// which are run as they are.
+// Steps:
 //
-// Errors.  ArgumentError: a start of the wrong size, or with entries that are no numbers.  NumericalError: derivatives
-// that are not those of the functions, with the first rows and variables by name; functions that are not finite at the
-// start.  How the solve ended is no error but a status.
+// - record and differentiate the stages
+// - check the derivatives at a random point near the start, and that everything is finite there
+// - solve
+// - compute the optimality conditions
+// - verify each phase (verify.h) and the links between phases, with the functions in plain double
+//
+// Errors.  The result of the solve is a status, not an error.  ArgumentError: a start of wrong size or not finite.
+// NumericalError: wrong derivatives, with the first rows and variables by name; functions that are not finite at the
+// start.
 #pragma once
 
 #include <dyntape/interface/control/discretize/staged_nlp.h>
@@ -26,28 +31,30 @@ enum class OptimiseStep { kChecking, kSolving, kVerifying };
 
 struct OptimiseOptions {
   MeshOptions mesh = {};
-  std::vector<MeshOptions> meshes = {};  // of phases, one each; empty: `mesh` for all
-  SolverOptions solver = {};  // a request to solver.stop ends the verification's simulations as well
+  std::vector<MeshOptions> meshes = {};  // one per phase; empty: `mesh` for all
+  SolverOptions solver = {};             // solver.stop also ends the simulations of the verification
   bool check_derivatives = true;
-  bool verify = true;  // false: success() is silent on what the motion is worth
+  bool verify = true;  // false: success() does not depend on re-simulation
   VerifyOptions demands = {};
-  // The cost of the motion that the first mesh began with: errors of a cost that nearly vanishes are measured by a thousandth of it.
+  // The cost of the first mesh's initial motion.  The error of a cost close to zero is relative to a thousandth of
+  // it.
   double cost_at_start = 0;
-  std::function<void(OptimiseStep)> enter = {};  // told of each step when it begins
+  std::function<void(OptimiseStep)> enter = {};  // called at the beginning of each step
 };
 
 Solution optimise(const Problem& problem, const OptimiseOptions& options = {});
 Solution optimise(const Phases& phases, const OptimiseOptions& options = {});
 
-// What of it goes before a solve: the errors above, and the check of the derivatives where it is asked for.
+// Checks the program before a solve: throws the errors listed above and, if requested, compares derivatives with
+// finite differences.
 DerivativeCheck checked_start(Nlp& nlp, const std::string& problem, const std::vector<double>& start,
                               bool check_derivatives);
 
-// The demands, with the stationarity that a solver's tolerance allows.
+// The demands, with at least the stationarity that the solver's tolerance allows.
 VerifyOptions allowing(VerifyOptions demands, const SolverOptions& solver);
 
-// The same on a program that exists already, from any start (a warm one, say).  The program's own meshes and kind of Hessian hold;
-// options.mesh and .meshes are not read.
+// Solves an existing program from any start, e.g. a warm start.  The program has its own meshes and kind of Hessian;
+// options.mesh and .meshes are ignored.
 Solution optimise(StagedNlp& nlp, const std::vector<double>& start, const OptimiseOptions& options);
 
 }  // namespace dyntape

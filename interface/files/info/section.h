@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Typed values out of .info files: ask for what you need, then let finish() say what is wrong with the file.
+// Reads typed values from .info files.  Ask for each value; then finish() reports all errors of the file at once.
 //
 //   Section task = Section::parse(text, "swing_up.info");   // a misspelt key is an error
 //   Section mesh = task.child("transcription");
@@ -8,19 +8,21 @@
 //   const double h = mesh.get_or("step", 0.05, positive());            // [s]
 //   const Scheme s = mesh.choice_or<Scheme>("scheme", "trapezoid", {{"trapezoid", Scheme::kTrapezoid},
 //                                                                   {"hermiteSimpson", Scheme::kHermiteSimpson}});
-//   task.finish();                                         // throws if anything is wrong, or was never asked
+//   task.finish();                                         // throws if a value is wrong or a key was never asked for
 //   for write_file_atomically("out/effective.info", task.effective_values());
 //
 //   swing_up.info:7:3: unknown key 'intervalls' in 'transcription'; did you mean 'intervals'?
 //   swing_up.info:9:18: 'transcription.step' must be positive, got '-0.05'
 //
-// No schema is written anywhere: the questions are the schema.  A question with a wrong or missing answer
-// gives T() and is noted, so that finish() reports all problems at once, a line each.  Until finish() has
-// returned, do not act upon the values.
+// There is no separate schema: the calls define the keys.  If a value is wrong or missing, the call returns T() and
+// records the problem; finish() reports all problems, one line each.  Do not use the values before finish() returns.
 //
-// What is accepted.  Numbers as std::from_chars reads them, with a leading '+' allowed; whole numbers for integers, no
-// sign for unsigned ones; true, false, on, off, 1, 0 for bool; infinity only where the range says or_infinite, NaN
-// nowhere.  A list of names is one quoted value ("a b", "a, b") or, as OCS2 writes it, a block { [0] a  [1] b }.
+// Accepted values:
+//
+// - numbers as std::from_chars reads them, also with a leading '+'; unsigned integers have no sign
+// - true, false, on, off, 1, 0 for bool
+// - infinity only if the range says or_infinite; never NaN
+// - a list of names as one quoted value ("a b", "a, b") or, as in OCS2, as a block { [0] a  [1] b }
 #pragma once
 
 #include <memory>
@@ -37,20 +39,20 @@
 namespace dyntape::io {
 
 namespace detail {
-struct SectionReading;  // what all sections of a file share
-struct SectionState;    // what is known of one block
+struct SectionReading;  // shared by all sections of a file
+struct SectionState;    // the state of one block
 }  // namespace detail
 
 class Section {
  public:
-  // Keys that had another name in the version before are read by it as well (renamed.h).  Settings stand in place of what the file
-  // says (settings.h).
+  // Parses a file.  `renamed`: old names of keys, which are accepted too (renamed.h).  `settings` override values of
+  // the file (settings.h).
   static Section parse(std::string_view text, const std::string& file_name,
                        const std::vector<Renamed>& renamed = {}, const std::vector<Setting>& settings = {});
   const std::vector<Replacement>& replacements() const;
 
-  // For the list of all keys: a file in which nothing stands, where has() says yes and nothing is a problem, so that a
-  // reader asks all that it would ever ask; questions() are then in the order of asking, each once.
+  // An empty file to list all keys that a reader knows: has() returns true and nothing is a problem.  Then
+  // questions() has each key once, in the order of the calls.
   //
   //   Section file = Section::catalogue();
   //   read_all(file);
@@ -58,7 +60,7 @@ class Section {
   static Section catalogue();
   const std::vector<Question>& questions() const;
 
-  // What the key means that is asked for next, with its unit: section.about("most time [s]").get_or("time", 1.0).
+  // Sets the meaning and unit of the next key: section.about("most time [s]").get_or("time", 1.0).
   Section& about(const std::string& meaning);
 
   // T: double, int, long, unsigned, unsigned long, bool, std::string.
@@ -70,7 +72,7 @@ class Section {
     return get_or<std::string>(key, fallback);
   }
 
-  // One of a list of names.
+  // One of a list of names, as an enum value.
   template <class E>
   E choice_or(const std::string& key, const std::string& fallback,
               const std::vector<std::pair<std::string, E>>& names) {
@@ -79,44 +81,43 @@ class Section {
     return names[choose(key, firsts, fallback)].second;
   }
 
-  // A list of any length; `valid` empty takes any name.
+  // A list of any length.  If `valid` is empty, every name is accepted.
   std::vector<std::string> strings_or(const std::string& key, const std::vector<std::string>& fallback,
                                       const std::vector<std::string>& valid = {});
 
-  // Blocks.  An optional one that is absent answers get_or with the fallback, as if it were empty.
+  // Blocks.  If an optional block is absent, get_or returns the fallback, as for an empty block.
   Section child(const std::string& key);
   Section child_or_empty(const std::string& key);
-  std::vector<Section> children(const std::string& key);  // every block of this name: repeating it is legal
-  std::vector<Section> each(const std::string& key);      // these, or a first one where there is none
-  std::vector<Section> all_children();                    // whatever the names
+  std::vector<Section> children(const std::string& key);  // all blocks of this name, which may be repeated
+  std::vector<Section> each(const std::string& key);      // the same, or one empty block if there is none
+  std::vector<Section> all_children();                    // all blocks of any name
 
-  std::string name() const;          // its key, "" for the file itself
+  std::string name() const;          // the key; "" for the file itself
   std::string path() const;          // "solver.lineSearch"
-  std::string value();               // of a block that has one: `cost quadratic { ... }` gives "quadratic"
+  std::string value();               // the value of a block: `cost quadratic { ... }` returns "quadratic"
   bool present() const;              // false for an optional block that is absent
-  bool has(const std::string& key);  // whether the key is there; it counts as known from now on
-  // Known, but not read now, since what its value depends on is missing; a problem if it is absent without fallback.
+  bool has(const std::string& key);  // true if the key is present; marks the key as known
+  // Marks a key as known without reading it, because its dependency is missing.  A problem if absent without
+  // fallback.
   void defer(const std::string& key, const std::string& takes, const char* fallback = nullptr);
-  // Notes a problem found by the caller, at the value of `key`.
+  // Records a problem found by the caller, at the value of `key`.
   void problem(const std::string& key, const std::string& message);
 
-  // The answer to `key`, as effective_values writes it: of a path, what it means elsewhere as well.
+  // Sets the value that effective_values() writes for `key`, e.g. a resolved path.
   void understood_as(const std::string& key, const std::string& value);
 
-  // The paths of this file, of those that it includes and of those that its readers note, as the robot's.
+  // Paths of this file, of included files, and of files noted by readers, e.g. the robot's.
   void note_file(const std::string& path);
   const std::vector<std::string>& files() const;
 
-  // Reports everything noted in the file so far, and in this block and those below it every key that was not
-  // asked for, is given twice, or has a value or block that nothing reads.  Throws FileError or
-  // returns.
+  // Throws FileError with all problems of the file so far, and with the unread content of this block and the blocks
+  // below: unknown keys, repeated keys, values or blocks without reader.
   void finish();
 
-  // What was asked for in this block and what the answers were, as .info text; defaults are marked in a
-  // comment.
+  // The keys read from this block and their values as .info text.  Comments mark default values.
   std::string effective_values() const;
 
-  // Whether nothing was wrong so far, and all that stands in this block was asked for.
+  // Returns true if there is no problem so far and every entry of this block was read.
   bool sound() const;
 
  private:
@@ -129,7 +130,7 @@ class Section {
   const InfoNode* find_value(const std::string& key, bool required);
   std::vector<const InfoNode*> list_nodes(const std::string& key, const InfoNode& node);
   void note(const Where& where, std::string message);
-  bool given(const std::string& key);  // has(), whatever the list of keys wants
+  bool given(const std::string& key);  // has(), independent of catalogue()
   void ask(const std::string& key, const std::string& takes, const std::string* fallback);
   void check_unread();
   std::string unknown(const std::string& key) const;

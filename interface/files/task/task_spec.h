@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A task as data: what a task file says, or a program fills in, before there is a problem to solve.
+// A task as data: the content of a task file, before the problem is built.  Fill it in a program, or read it from a
+// file.
 //
 //   TaskSpec spec;
 //   spec.name = "swing-up";
@@ -11,11 +12,11 @@
 //   spec.costs.control = 1;                                                 // weight of |u|^2, integrated
 //   const SolveReport report = solve_task(build_task(spec));                // task.h, run/solve/solve.h
 //
-// Fields have the meanings, units and defaults of keys of task files (docs/reference/task_keys.md).  States are (q, v), with Problem::kFree where
-// they are left open; an empty state is open in all entries.  Weights of joints have an entry a velocity (nv); empty ones are
-// zero.
+// Fields have the meanings, units and defaults of the keys of task files (docs/reference/task_keys.md).  States are
+// (q, v); an entry Problem::kFree is free, and an empty state is free.  Weights of joints have one entry per
+// velocity (nv); empty weights are zero.
 //
-// Errors: none here; build_task (task.h) refuses what does not go together (task_faults.h).
+// Errors.  None here; build_task (task.h) refuses inconsistent data (task_faults.h).
 #pragma once
 
 #include <limits>
@@ -41,10 +42,10 @@ struct Scene;
 
 enum class View { kXz, kXy, kYz, kOblique };
 
-// What keeps clear of what.
+// Capsules of obstacles and of the robot, and the pairs that must not touch.
 struct Surroundings {
   std::vector<Capsule> obstacles, bodies;
-  // Where it is above 0, mu and delta (m) of what keeps them apart in place of a limit (penalties.h).
+  // If above 0: mu and delta (m) of a barrier that replaces the constraint (penalties.h).
   double barrier = 0, width = 1e-3;
   struct Pair {
     Capsule a, b;
@@ -54,15 +55,15 @@ struct Surroundings {
   std::vector<Pair> apart;
 };
 
-// Where the motion passes on its way.
+// A configuration or pose that the motion passes.
 struct TaskWaypoint {
   std::string name;
-  double at = 0;                      // share of the duration
+  double at = 0;                      // fraction of the duration
   std::optional<FrameTarget> target;  // or
-  Eigen::VectorXd q;                  // (nv) of the joints that have one value each
+  Eigen::VectorXd q;                  // (nv) for robots whose joints have one coordinate each
 };
 
-// A motion that is followed in time; between rows along straight lines, before the first and behind the last it stays.
+// A reference motion in time, linear between rows, constant before the first and after the last.
 struct ReferenceMotion {
   std::vector<double> t;
   Eigen::MatrixXd x;       // (nq + nv x rows)
@@ -70,79 +71,81 @@ struct ReferenceMotion {
   Eigen::VectorXd at(double time) const;
 };
 
-// A ready term (term_keys.h has the types and what each asks for).
+// A term of a given type (term_keys.h lists types and parameters).
 struct TermSpec {
   std::string name, type;  // "upright", "frame_orientation"
-  std::string frame = {};  // of a link
-  dynamics::ReferenceFrame in = dynamics::ReferenceFrame::kLocalWorldAligned;        // of a velocity
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ(), place = Eigen::Vector3d::Zero();  // of looks_at; m
-  Eigen::VectorXd target = {};             // an entry each, what is subtracted; empty: zero
-  std::optional<MovingTarget> moves = {};  // none: the target stands still
-  std::vector<std::string> entries = {};   // those that count; empty: all
+  std::string frame = {};  // frame of a link
+  dynamics::ReferenceFrame in = dynamics::ReferenceFrame::kLocalWorldAligned;        // for velocities
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ(), place = Eigen::Vector3d::Zero();  // for looks_at; m
+  Eigen::VectorXd target = {};             // subtracted from each entry; empty: zero
+  std::optional<MovingTarget> moves = {};  // none: the target is constant
+  std::vector<std::string> entries = {};   // entries in use; empty: all
   Role role = Role::kCost;                 // or kEquality, kInequality
-  Eigen::VectorXd lower = {}, upper = {};  // an entry each that counts; empty: none
-  std::optional<double> at = {};           // share of the duration; none: all along
-  Penalty penalty = Quadratic{};           // of a cost
+  Eigen::VectorXd lower = {}, upper = {};  // one per entry in use; empty: none
+  std::optional<double> at = {};           // fraction of the duration; none: at all times
+  Penalty penalty = Quadratic{};           // for a cost
 };
 
-// Where bounds come from: the robot, or one number for all; an infinite one is none.
+// A bound from the robot, or one number for all; infinite: no bound.
 struct Limit {
   bool robot = true;
   double value = std::numeric_limits<double>::infinity();
 };
-// Of which the robot's limits are bounds.
+// The limits of the robot that become bounds.
 struct RatedParts {
   bool positions, velocities, efforts;
 };
 
 struct TaskSpec {
   std::string name, urdf;
-  std::string file;                   // which messages name; empty: the task itself
-  std::vector<std::string> inputs;    // paths of all files that it was read from
-  std::vector<std::string> notes;     // what was odd in the robot's file, or is left out of it
-  std::vector<std::string> left_out;  // elements of the robot's file that nothing reads
-  std::string effective;              // the file as it was understood, defaults included
+  std::string file;                   // named in messages; "": the task itself
+  std::vector<std::string> inputs;    // paths of all files read
+  std::vector<std::string> notes;     // oddities and omissions of the robot's file
+  std::vector<std::string> left_out;  // elements of the robot's file that are ignored
+  std::string effective;              // the file with all defaults
 
   RobotScene scene;
   RobotProblemOptions robot;    // duration, dynamics, thrusters, contacts
-  std::optional<double> floor;  // m, height of what contacts stand on; none: it is not said
-  // Of rigid contacts, whose forces are found: how they are rounded, and what simulates the motion.  Null: there are none.
+  std::optional<double> floor;  // m, height of the floor; none: not given
+  // For rigid contacts, whose forces are variables: their smoothing, and the scene that simulates the motion.  Null:
+  // none.
   ContactContinuation continuation;
   std::shared_ptr<const Scene> simulated;
 
   Eigen::VectorXd start, goal;
-  std::optional<FrameTarget> target;        // of the goal, whose positions then are free
-  bool has_soft_goal = false;               // costs draw to it, and it need not be met
-  std::optional<Problem::Range> free_time;  // of the duration, where it is to be found
+  std::optional<FrameTarget> target;        // target of the goal; positions are then free
+  bool has_soft_goal = false;               // true: the goal is a cost, not a constraint
+  std::optional<Problem::Range> free_time;  // range of a free duration
 
-  // A part of the motion; what does not hold over the whole of it.
+  // One phase of the motion, with values that hold in this phase only.
   struct Phase {
     std::string name;
     double duration = 0;  // s; 0: the task's
     int intervals = 0;    // 0: the task's
     std::optional<Problem::Range> free_time;
-    std::vector<std::string> hold;                               // frames of contacts
-    bool impact = false;                                         // what lands at its beginning hits the floor
-    std::vector<std::pair<std::string, Eigen::Vector3d>> moved;  // contacts that land beside where they stood
+    std::vector<std::string> hold;  // frames of held contacts
+    bool impact = false;            // true: contacts that close at the beginning have an impact
+    std::vector<std::pair<std::string, Eigen::Vector3d>>
+        moved;  // contacts with another position than before, and the offset
     Eigen::VectorXd goal;
     std::optional<FrameTarget> target;
   };
-  std::vector<Phase> phases;  // empty: the motion has none
-  // The motion goes on for ever; `goal` is open then.
+  std::vector<Phase> phases;  // empty: no phases
+  // A periodic motion; `goal` is then free.
   struct Periodic {
     PeriodicGait step;
-    std::vector<std::pair<std::string, std::string>> contacts;  // that are swapped
+    std::vector<std::pair<std::string, std::string>> contacts;  // contacts that are swapped
     bool impact = false;
   };
   std::optional<Periodic> periodic;
-  std::optional<Gait> gait;   // of contacts, in their order; none: all stand
-  double swing_weight = 1e4;  // of how feet in the air are off their height (1/m^2)
+  std::optional<Gait> gait;   // of the contacts, in their order; none: all are closed
+  double swing_weight = 1e4;  // weight of the height error of feet in the air (1/m^2)
 
-  std::vector<TaskWaypoint> waypoints;  // in the order of time
+  std::vector<TaskWaypoint> waypoints;  // in order of time
   std::optional<ReferenceMotion> reference;
   Surroundings around;
   struct Guess {
-    bool slope = false, holding = false;  // velocities of the line; controls against gravity
+    bool slope = false, holding = false;  // velocities of the straight line; controls against gravity
   } guess;
   // Weights.
   struct Costs {
@@ -159,21 +162,22 @@ struct TaskSpec {
   } bounds;
 
   OptimiseOptions optimise;
-  bool by_ddp = false;  // solved by differential dynamic programming (ddp.h), of `optimise` what that knows
-  // Those of any solution (optimise.h), and what a task asks for besides.
+  bool by_ddp =
+      false;  // true: differential dynamic programming (ddp.h), with the options of `optimise` that apply
+  // The conditions of every solution (solution.h), with further conditions for tasks.
   struct VerifyOptions : dyntape::VerifyOptions {
-    // Each refinement of a trapezoid divides the defect by 8, of Hermite-Simpson by 32: what four do not cure is no
-    // matter of the mesh.
+    // Most refinements.  Each divides the defect by 8 (trapezoid) or 32 (Hermite-Simpson); defects that remain after
+    // four have another cause than the mesh.
     int refinements = 4;
     bool limits = true;
-    // Most that differential dynamic programming may end from the goal, as a part of how far the motion moves what the goal
-    // gives; unless the goal is soft.
+    // For differential dynamic programming with a hard goal: the largest final error, relative to the range of the
+    // states that the goal sets.
     double goal = 1e-2;
-    // Most that a position of a motion with rigid contacts may be off from its simulation, as a part of how far it moves, and most of
-    // the contacts' impulse that may act from a distance.
+    // With rigid contacts: the largest difference of a position from the simulation, relative to its range, and the
+    // largest fraction of the contacts' impulse that may act at a distance.
     double simulation = 0.05;
     double servo_stiffness = 0,
-           servo_damping = 0;  // of joints that follow their positions in it (N m/rad, N m s/rad)
+           servo_damping = 0;  // of the simulated joints' position control (N m/rad, N m s/rad)
   };
   VerifyOptions demands;
   struct Expected {
@@ -184,31 +188,31 @@ struct TaskSpec {
   View view = View::kXz;
   struct ModelSettings {
     bool recompile_libraries = false;
-    std::string model_folder;  // empty: the default folder of the cache
+    std::string model_folder;  // "": the default folder of the cache
     bool verbose = false;
   };
   ModelSettings models;
-  // As a controller (mpc_task.h).
+  // Settings as a controller (mpc_task.h).
   struct Control {
     double seconds = 3, period = 0.02, delay = 0;  // s
-    double feedback = 0;                           // s between corrections by the plan's gains; 0: none
-    int iterations = 1;                            // of a step; 0: until it is solved
-    double violation = 1e-2;                       // of a usable plan (receding_horizon.h)
-    double late = 0.2;  // most of the later steps that may take longer than a period
+    double feedback = 0;                           // s between corrections with the plan's gains; 0: none
+    int iterations = 1;                            // per step; 0: until convergence
+    double violation = 1e-2;                       // limit for usable plans (receding_horizon.h)
+    double late = 0.2;  // largest fraction of steps, without the first, that may exceed a period
     struct Disturbance {
       double at = 0;                                      // s
       Eigen::VectorXd v;                                  // (nv) added to the velocities
-      Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  // N s, world axes, at the origin of:
-      std::string frame = {};                             // "": none
+      Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  // N s, world axes, at the origin of `frame`
+      std::string frame = {};                             // "": no impulse
     };
     std::vector<Disturbance> disturbances;
     std::shared_ptr<const Scene> plant;  // null: the task's own dynamics
-    double fallen = 0;                   // m, height of the base below which it is over; 0: never
+    double fallen = 0;                   // m, the loop ends if the base is lower; 0: never
   };
   Control control;
 };
 
-// What does not go together, with the key that says it: "costs.tracking.position"; "phases.phase#1.impact" of the second phase.
+// An inconsistency, with its key: "costs.tracking.position"; "phases.phase#1.impact" for the second phase.
 struct SpecFault {
   std::string key, message;
 };

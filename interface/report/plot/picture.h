@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Pictures of curves and of motions, drawn by gnuplot (Debian: gnuplot-nox).
+// Draws plots of curves and strobe pictures of motions with gnuplot (Debian: gnuplot-nox).
 //
 //   Plot plot;
 //   plot.title = "Cart-pole swing-up";
@@ -12,14 +12,17 @@
 //   Motion motion{.title = "arm", .frames = {{0.0, {{{0, 0}, {0.3, 0.4}, {0.7, 0.4}}}}, ...}};
 //   draw({.title = "Reaching", .panels = {motion_panel(motion)}}, "out/motion.svg");
 //
-// Panels stand in a grid, `columns` wide; one that is `wide` takes a row of its own.  Legends stand above the
-// data, never on it.  Colours are those of Okabe and Ito, which people with any colour vision tell apart;
-// series beyond the seventh differ in dashes and points as well.  In one picture a look belongs to one name.  A value that is not finite, or not positive on a
-// logarithmic axis without a place for zeros, leaves a gap.  The same plot gives the same bytes (of SVG), whenever and wherever it is
-// drawn by one version of gnuplot.
+// Layout and style:
 //
-// Errors.  ArgumentError: x and y of different length, nothing to draw, an extension other than .svg and
-// .png. ToolError: gnuplot is missing or fails.  The file appears whole or not at all.
+// - Panels are in a grid with `columns` columns.  A `wide` panel fills a row.
+// - Legends are above the data, never on it.
+// - Colours are from the palette of Okabe and Ito, which is safe for colour-blind readers.  From the eighth series
+// on, dashes and points differ as well.  Within a picture, one style belongs to one name.
+// - Values that are not finite leave a gap.  On a logarithmic axis so do values <= 0, unless `zero` is set.
+// - The same plot gives the same SVG bytes with the same version of gnuplot.
+//
+// Errors.  ArgumentError: x and y of different length, no data, an extension other than .svg and .png.  ToolError:
+// gnuplot is missing or fails.  The file is written atomically.
 #pragma once
 
 #include <array>
@@ -36,14 +39,14 @@ struct Series {
   std::string name = {};  // in the legend; "" keeps it out
   std::vector<double> x = {}, y = {};
   Mark mark = Mark::kLine;
-  std::string color = {};  // "#0072b2"; "" takes the next of the palette
-  int style = -1;          // colour, point and dashes by number, so that panels agree; -1: the next free one
+  std::string color = {};  // "#0072b2"; "" takes the next colour of the palette
+  int style = -1;          // index of colour, point and dashes, to match panels; -1: the next free index
   double width = 2;        // of the line [px]
   bool dashed = false;
-  std::string target_of = {};  // the name of another series, what that shall be: dotted in its colour
-  bool filled = false;         // a closed outline: what lies below it shows through, paler
-  double point = 1;            // size of points, relative
-  int layer = 0;  // higher ones are drawn over lower ones; the legend keeps the order of the list
+  std::string target_of = {};  // name of the series whose target this is; drawn dotted in its colour
+  bool filled = false;         // a closed outline, filled with a paler, transparent colour
+  double point = 1;            // relative size of points
+  int layer = 0;  // higher layers are drawn over lower ones; the legend keeps the order of the list
 };
 
 struct ReferenceLine {
@@ -51,13 +54,13 @@ struct ReferenceLine {
   std::string text = {};
 };
 
-// A remark in the plane of a panel, centred there.
+// A text in a panel, centred at (x, y).
 struct Remark {
   double x, y;
   std::string text;
 };
 
-// Shown part of an axis; NaN: as the data need.
+// The visible range of an axis; NaN: automatic.
 struct Limits {
   double low = std::numeric_limits<double>::quiet_NaN();
   double high = std::numeric_limits<double>::quiet_NaN();
@@ -71,9 +74,9 @@ struct Panel {
   std::vector<Remark> remarks = {};
   bool log_x = false, log_y = false;
   Limits y_limits = {};
-  // On a logarithmic axis: where exact zeros are drawn, on a line of their own that says 0.  NaN: nowhere.
+  // On a logarithmic axis: the position of a separate line, labelled 0, for exact zeros.  NaN: no such line.
   double zero = std::numeric_limits<double>::quiet_NaN();
-  bool equal_axes = false;  // a metre is as long in x as in y; the limits are then widened to fit
+  bool equal_axes = false;  // same scale in x and y; widens the limits to fit
   bool wide = false;
   int height = 230;  // of the frame [px]
 };
@@ -83,22 +86,22 @@ struct Plot {
   std::vector<Panel> panels = {};
   int columns = 1;
   int width = 860;          // of the picture [px]
-  bool one_legend = false;  // above all panels, a name once, in place of one above each
+  bool one_legend = false;  // one legend above all panels, in place of one per panel
 };
 
 void draw(const Plot& plot, const std::string& path, const std::string& gnuplot = "gnuplot",
           const std::stop_token& stop = {});
 
-// What gnuplot is told; `format` is "svg" or "png".
+// The gnuplot script; `format` is "svg" or "png".
 std::string gnuplot_script(const Plot& plot, const std::string& format, const std::string& output);
 
-// A robot at one time as lines in the plane of the picture [m], joints being their corners.
+// A robot at one time, as lines in the plane of the picture [m].  Corners of the lines are joints.
 using Polyline = std::vector<std::array<double, 2>>;
 struct MotionFrame {
   double time;  // [s]
   std::vector<Polyline> parts;
-  std::vector<Polyline> behind = {};    // what obstacles hide, which shows through them paler
-  std::vector<Polyline> in_front = {};  // what of that is before them again, without corners
+  std::vector<Polyline> behind = {};    // parts hidden by obstacles, drawn paler
+  std::vector<Polyline> in_front = {};  // parts of `behind` that are in front again, without corners
 };
 
 struct Trace {
@@ -107,7 +110,7 @@ struct Trace {
 };
 
 struct Obstacle {
-  std::string text;  // what it is
+  std::string text;  // name of the obstacle
   Polyline outline;  // closed
   bool is_solid = true;
 };
@@ -118,16 +121,16 @@ struct Motion {
   std::vector<Trace> traces = {};        // paths of points, dashed
   std::vector<Polyline> scenery = {};    // ground, rails, walls
   std::vector<Obstacle> obstacles = {};
-  int most_frames = 15;  // drawn, evenly in time; the first and the last always
+  int most_frames = 15;  // frames drawn, evenly in time, always with the first and the last
 };
 
-// A strobe picture: later frames darker, the first and the last in colours of their own.
+// A strobe picture: later frames are darker; the first and the last frame have their own colours.
 Panel motion_panel(const Motion& motion);
 
-// From the first colour to the last as s goes from 0 to 1; of #rrggbb.
+// Interpolates from colour `first` (s = 0) to `last` (s = 1), both #rrggbb.
 std::string shade(const std::string& first, const std::string& last, double s);
 
-// At most 2000 of them, evenly: more cannot be told apart in a picture.
+// At most 2000 of the values, evenly spaced; a picture cannot show more.
 std::vector<double> thinned(const std::vector<double>& values);
 
 }  // namespace dyntape::io

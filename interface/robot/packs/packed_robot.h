@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A robot's function at many states, several at once in the lanes of packs: nothing is recorded or compiled.
+// Evaluates a robot function at many states in SIMD lanes, without recording or compiling.  Use it for large
+// batches.
 //
 //   PackedRobot id(arm, RobotFunction("id-derivatives"));    // 8 lanes with AVX-512, else 4
 //   id.evaluate(states, count, results);                     // states (n_in x count), results (n_out x count)
 //
-// States and results one after the other, shapes of one as in robot_functions.h.  A state's result does not
-// depend on the others, nor on the number of lanes, to the last bit; it differs from the plain double code
-// by the rounding of the elementary functions (autodiff/scalars/pack.h).  A NaN spoils its own state only.  The last
-// lanes of a count that is no multiple of the lanes repeat the last state.
+// States and results are contiguous, one column per state, with the shapes of robot_functions.h.  The bits of a
+// result do not depend on the other states or the number of lanes.  A result differs from the plain double code by
+// the rounding of the elementary functions (autodiff/scalars/pack.h).  A NaN affects its own state only.  If count
+// is not a multiple of the lanes, the last lanes repeat the last state.
 #pragma once
 
 #include <cstddef>
@@ -22,11 +23,11 @@ namespace detail {
 struct PackedPath;
 }
 
-// One thread at a time; evaluate allocates nothing after its first call.
+// Not thread-safe.  evaluate allocates in its first call only.
 class PackedRobot {
  public:
-  // lanes: 4 or 8; 0 for what the registers hold of the processor that the program runs on.  ArgumentError
-  // for another number, NumericalError for forward dynamics of a robot without inertia about a joint.
+  // lanes: 4 or 8; 0: the width of the processor's registers.  ArgumentError for another number.  NumericalError for
+  // forward dynamics if a joint moves no inertia.
   PackedRobot(const dynamics::Model<double>& model, const RobotFunction& function, int lanes = 0);
   ~PackedRobot();
   PackedRobot(PackedRobot&&) noexcept;

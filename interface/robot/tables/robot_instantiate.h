@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The table and its workspace for one more scalar, in a unit of its own that dynamics/ is instantiated for as well:
+// Compiles the table of robot functions for one more scalar.  Use it in a .cpp file for which dynamics/ is
+// instantiated too:
 //
 //   #include "my_scalar.h"
 //   #include <dyntape/interface/robot/tables/robot_instantiate.h>
@@ -44,7 +45,7 @@ RobotWorkspace<T>::RobotWorkspace(const dynamics::Model<T>& robot, const RobotFu
 template <class T>
 RobotWorkspace<T>::~RobotWorkspace() = default;
 
-// The origins of the contacts are held where they are: without stabilisation nothing asks where that is.
+// Holds the origins of the contacts.  Without stabilisation their positions in the world have no influence.
 template <class T>
 dynamics::ConstraintData<T>& RobotWorkspace<T>::constraints() {
   if (!constraints_) {

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How long a step may be.  A motion near a state is made of modes exp(lambda t); an explicit step follows one only while
-// h lambda lies within its region of stability:
+// The longest stable step of an integrator.  Near a state a motion is a sum of modes exp(lambda t); an explicit
+// scheme is stable for a mode if h lambda is in its region of stability:
 //   runge-kutta-4         |1 + z + z^2/2 + z^3/6 + z^4/24| <= 1,  z = h lambda
-//   semi-implicit-euler   h |lambda| <= 2 (sqrt(1 + d^2) - d),  d = -Re lambda / |lambda|, of a mode that oscillates;
-//                         2 of one that only decays
-// and any other scheme here follows all.  An oscillator of stiffness k and mass m: h <= 2 / sqrt(k/m); a damper d: 2 m / d.
+//   semi-implicit-euler   h |lambda| <= 2 (sqrt(1 + d^2) - d),  d = -Re lambda / |lambda|, for an oscillating mode;
+//                         2 for a mode that only decays
+// All other schemes here have no such limit.  Examples: stiffness k and mass m, h <= 2 / sqrt(k/m); damper d, h <= 2
+// m / d.
 //
-//   stability_trouble(scene, q, v)      // "": steps of scene.step are short enough there
+//   stability_trouble(scene, q, v)      // "": scene.step is short enough at this state
 //
-// Motors that follow a table are told once a step, whatever the scheme, and late by up to a step (servo_trouble.h).
+// Motors that follow a table get one command per step, with any scheme, so they lag by up to a step
+// (servo_trouble.h).
 #pragma once
 
 #include <complex>
@@ -19,16 +21,16 @@
 
 namespace dyntape {
 
-// x' = A x + B u by increments of q and v about a state, and of what the motors are told about nothing.
+// Linearisation x' = A x + B u in increments of q and v about a state, and of the motors' commands about zero.
 struct LinearMotion {
   Eigen::MatrixXd A, B;  // (2 nv x 2 nv), (2 nv x driven joints)
 };
 LinearMotion linear_motion(const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v);
 
-// Infinite where there is no limit, as of modes that grow by themselves.
+// Returns infinity if there is no limit, also for growing modes.
 double longest_step(Integrator integrator, std::complex<double> mode);
 
-// Why steps of the scene's length cannot follow its motion about (q, v), with the longest that can, or "".
+// Returns why the scene's step is too long near (q, v), with the longest valid step; or "".
 std::string stability_trouble(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v);
 
 }  // namespace dyntape

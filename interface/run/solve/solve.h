@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A task solved, verified and written down.
+// Solves a task, verifies the motion and writes the results.
 //
 //   const Task task = read_task("config/tasks/arm_reaching.info");
 //   SolveReport report = solve_task(task);
@@ -8,13 +8,13 @@
 //   std::cout << report.text();
 //   return report.success() ? 0 : 1;
 //
-// write_results leaves in the folder, each file whole or not at all:
+// write_results writes these files into the folder, each atomically:
 //   trajectory.csv  t (s), q.*, v.*, a.*, tau.* (physical units) at every point
 //   iterations.csv  the solver's log
-//   report.json     everything below, for programs
-//   effective.info  the task as it was understood, defaults included
+//   report.json     all results, for programs
+//   effective.info  the task with all defaults
 //   trajectory.svg  positions, velocities and torques over time, with limits
-//   motion.svg      the robot at instants of its motion
+//   motion.svg      the robot at several times
 //   motion.html     the motion in 3D, played by a browser (player.h)
 #pragma once
 
@@ -26,20 +26,19 @@
 
 namespace dyntape {
 
-// Interrupted, if the watch stops it before the first iteration.
+// If `watch` stops it before the first iteration, the status is interrupted.
 SolveReport solve_task(const Task& task, const SolveWatch& watch = {});
 
-// Their names.  For long work: whether they can be written is known before it (check_can_write).
+// The names of the files.  Before long work, check that they can be written (check_can_write).
 std::vector<std::string> result_files();
 
-// What cannot be written stands in report.unwritten, as pictures where there is no gnuplot; the rest is written, last the
-// report, which then says so.  What is not written is removed, should it be there from an earlier motion; so
-// are the pictures where the solve was interrupted, which draws none.
+// Failures are listed in report.unwritten, e.g. pictures without gnuplot; all other files are written, the report
+// last.  Files of an earlier run that are not written again are removed.  If the solve was interrupted, no pictures
+// are drawn.
 void write_results(const Task& task, SolveReport& report, const std::string& folder,
                    const std::stop_token& stop = {});
 
-// What is recorded and what is not: the resolved scene, each effect with the operations it adds, the sizes of
-// the program.  Solves nothing.
+// The resolved scene, each effect with its number of operations, and the sizes of the program.  Does not solve.
 std::string explain(const Task& task);
 
 }  // namespace dyntape

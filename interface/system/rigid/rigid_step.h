@@ -1,36 +1,43 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Steps in time of a robot with rigid contacts and hard limits: the steps of a Stepper, the forces of closed contacts that
-// they need, and impacts as events.
+// Integrates a robot with rigid contacts and hard limits: calls a Stepper, solves for the contact forces, and
+// handles impacts as events.
 //
 //   Stepper stepper(system_of(scene), integrator, options, RigidStepper::needs_jacobians(integrator));
 //   RigidStepper rigid(scene, stepper, integrator, options);
 //   rigid.start(x);                                          // ArgumentError where something is below its ground
+//   rigid.start(x);                                          // ArgumentError if a contact penetrates
 //   std::string why;
 //   if (!rigid.step(t, h, x, u, next, &why)) ...
-//   for (const RigidPiece& piece : rigid.pieces()) ...       // what the step was made of
+//   for (const RigidPiece& piece : rigid.pieces()) ...       // the parts of the step
 //   for (const RigidImpact& impact : rigid.impacts()) ...
 //
-// Closed contacts.  Over a step they push with constant forces lambda (fixed in the world, as parameters of the system), so
-// that the end x' = step(x; lambda) obeys, with gap the one at the beginning and beta = 0.2:
-//   0 <= u_n   perpendicular to   lambda_n >= 0,      Coulomb's friction of lambda_t against u_t,      u = J (v' + v_gap)
-// v_gap = J^+ (beta gap / h) the least motion that makes gaps decay, by a fifth in a step.
-// Solved by Newton's method: with the derivatives D = du'/dlambda (h J M^-1 J^T of explicit schemes, the exact Jacobian of
-// implicit ones) a ContactProblem a round.  What rests is a fixed point of the step: it neither sinks nor creeps, and what
-// is left of gaps by curved motions decays instead of adding up.  Where Newton's method does not get there, the step is
-// made in parts.  Order 1 while a contact is closed.
+// Closed contacts.  Over a step the contact forces lambda are constant (fixed in the world, parameters of the
+// system).  The end x' = step(x; lambda) satisfies, with the gap at the beginning and beta = 0.2:
+//   0 <= u_n   perpendicular to   lambda_n >= 0,   Coulomb's friction of lambda_t against u_t,   u = J (v' + v_gap)
+// v_gap = J^+ (beta gap / h) is the smallest motion that reduces the gaps by a fifth per step.
 //
-// Impacts.  Where the gap of an open contact becomes negative within a step, the step is shortened to the moment when it
-// is zero, found as a root over the length of the step (Alefeld, Potra and Shi's algorithm 748) to rounding; there the law of
-// impact.h acts on all that touches; the rest of the step goes on.  What rebounds is open again.  A contact that had
-// kMostImpacts of them within one step (Zeno) is closed from then on: its restitution is over.  So is what comes back before
-// it is 1e-8 m away, or nears with less than a fall from there gives: it rests, and its velocity ends at once, by an impulse
-// without restitution that is not counted among impacts.
-// A dip below ground and out again within one step is found where a cubic through gaps and rates shows it (rigid_dips.h).
-// Where an open gap turns nearer to its ground than gaps are known, by what the cubic has been off by so far, whether it
-// touches is not known.  If it may be passed by more than 1e-6 m or rad, undecided() says so.
+// - Solver: Newton's method; each iteration solves a ContactProblem with D = du'/dlambda (h J M^-1 J^T for explicit
+// schemes, the exact Jacobian for implicit ones).
+// - A robot at rest is a fixed point of the step: no sinking, no creeping.  Gaps from curved motions decay.
+// - If Newton's method does not converge, the step is divided.
+// - Order 1 while a contact is closed.
 //
-// Not decided here: of several solutions (Painleve's paradox, several impacts at once) one is taken, the same each time.
+// Impacts.  If the gap of an open contact becomes negative within a step, the step is shortened to the time at which
+// the gap is zero.  This time is found to rounding as a root over the length of the step (algorithm 748 of Alefeld,
+// Potra and Shi).  The law of impact.h then applies to all closed contacts, and the remaining step follows.
+//
+// - A contact that rebounds is open again.
+// - A contact with kMostImpacts impacts in one step (Zeno) is closed from then on, without restitution.
+// - A contact also closes if it returns before it was 1e-8 m away.  The same holds if forces press it on and it
+// approaches more slowly than a fall from 1e-8 m.  An impulse without restitution then ends its velocity; this impulse
+// is not listed among the impacts.
+// - A contact that penetrates and opens again within one step is found by a cubic through gaps and rates
+// (rigid_dips.h).
+// - If a gap has its minimum closer to zero than the accuracy of this cubic so far, the contact is undecided.  If
+// the penetration may exceed 1e-6 m or rad, undecided() says so.
+//
+// If there are several solutions (Painleve's paradox, simultaneous impacts), one is chosen, the same in every run.
 //
 // Sources: contact_problem.h, impact.h; D. Stewart, J. Trinkle, Int. J. Numer. Methods Eng. 39, 1996; M. Anitescu,
 // F. Potra, Nonlinear Dynamics 14, 1997 (time stepping); V. Acary, B. Brogliato, 2008, chapters 8 and 10.
@@ -48,15 +55,15 @@ namespace dyntape {
 struct RigidPiece {
   double t = 0, h = 0;  // s
   Eigen::VectorXd begin, middle, end;
-  Eigen::VectorXd forces;  // (m) of the rows, zero where open
+  Eigen::VectorXd forces;  // (m) of the rows; zero for open contacts
 };
 
 struct RigidImpact {
   double t = 0;            // s
   Eigen::VectorXd p;       // (m) impulses of the rows
-  Eigen::VectorXd u_sum;   // (m) velocities before and after, added: the work is p . u_sum / 2 (J)
-  std::vector<int> hit;    // contacts and stops that were open and hit
-  double restitution = 1;  // the share of it that was taken (impact.h)
+  Eigen::VectorXd u_sum;   // (m) sum of the velocities before and after; the work is p . u_sum / 2 (J)
+  std::vector<int> hit;    // contacts and stops that were open and closed in this impact
+  double restitution = 1;  // the factor s of the restitution (impact.h)
 };
 
 class RigidStepper {
@@ -67,13 +74,14 @@ class RigidStepper {
   RigidStepper(const RobotScene& scene, Stepper& stepper, Integrator integrator,
                const CodegenOptions& options);
 
-  // Implicit schemes answer to forces by their Jacobian.
+  // True for implicit schemes: their response to forces needs the Jacobian.
   static bool needs_jacobians(Integrator integrator);
 
-  // What touches at x = (q, v, ...) is closed.  ArgumentError where a gap is below -1e-6 m or rad, with by how much.
+  // Closes all contacts that touch at x = (q, v, ...).  ArgumentError, with the value, if a gap is below -1e-6 m or
+  // rad.
   void start(const Eigen::VectorXd& x);
 
-  // False where there is no step, and *why says what happened.
+  // Returns false if the step failed; *why is then the reason.
   bool step(double t, double h, const Eigen::VectorXd& x, const Eigen::VectorXd& u, Eigen::VectorXd& next,
             std::string* why);
 
@@ -81,7 +89,7 @@ class RigidStepper {
   const std::vector<RigidImpact>& impacts() const { return impacts_; }
   const Eigen::VectorXd& forces() const { return forces_; }  // (m) at the end of the last step
   RigidFunctions& functions() { return functions_; }
-  // "", or where a gap turned so near to its ground that steps of this length do not tell whether it touches.
+  // "", or which gap came so close to zero that steps of this length do not decide whether it closed.
   const std::string& undecided() const { return undecided_; }
 
  private:
@@ -122,18 +130,18 @@ class RigidStepper {
   std::vector<bool> is_closed_;
   std::vector<int> impacts_in_step_;
   double whole_step_ = 0;
-  int hit_ = -1;  // the contact or stop whose gap ends the piece, -1: none
+  int hit_ = -1;  // the contact or stop whose gap ends the piece; -1: none
   Eigen::VectorXd forces_;
-  // Of the forces looked at for a piece: how far off they are, by the numbers that they answer to.
+  // The best forces so far for a piece, and their error relative to the quantities that they balance.
   struct Forces {
     double off = HUGE_VAL;
     Eigen::VectorXd forces;
   };
   Forces closest_;
-  Eigen::MatrixXd slopes_;  // dv'/dlambda of the piece that is taken; empty: not known yet
+  Eigen::MatrixXd slopes_;  // dv'/dlambda of the current piece; empty: not computed
   std::vector<RigidPiece> pieces_;
   std::vector<RigidImpact> impacts_;
-  Eigen::VectorXd unsure_;  // (n) how far gaps may be off, since the start
+  Eigen::VectorXd unsure_;  // (n) bound of the error of the gaps, since the start
   std::string undecided_;
 };
 

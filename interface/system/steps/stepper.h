@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A step of a system, recorded and compiled: the state x = (q, v, m) from t to t + h.
+// Integrates a system by one step: maps the state x = (q, v, m) at t to the state at t + h.  The step is recorded
+// and compiled; use it for simulation and for exact Jacobians of a step.
 //
 //   Stepper stepper(pendulum, Integrator::kRungeKutta4);
 //   Eigen::Vector2d x(2, 0);
@@ -8,29 +9,31 @@
 //   for (int k = 0; k < 1000; ++k)
 //     if (!stepper.step(k * h, h, x.data(), nullptr, nullptr, x.data(), &why)) ...
 //
-// x (nx = nq + nv + motors with a lag); u (n_u), p (n_p), null where there are none; t and h (s) are arguments, so that
-// one library serves all steps.  x_next may be x.  A step allocates nothing and gives the same bits on each run, whatever
-// was before it.
+// x (nx = nq + nv + motors with lag); u (n_u), p (n_p), null if empty.  t and h (s) are arguments, so one library
+// serves all steps.  x_next may be x.  A step does not allocate and has the same bits in every run.
 //
-// Adaptive steps follow the motion itself, with u held, in as many internal steps as the tolerances take
-// (adaptive_steps.h says what these allow), and end ahead of t + h where an event of the system happens:
+// Adaptive steps (adaptive_steps.h) integrate to the tolerances with u fixed, in several internal steps.  They end
+// before t + h if an event of the system occurs:
 //
 //   Stepper stepper(ball, Integrator::kAdaptive, {}, false, 1, {.relative = 1e-12});     // ball.events: its height
 //   stepper.step(t, h, x, nullptr, nullptr, x);
 //   if (const auto& event = stepper.event()) t = event->t, x[1] *= -0.8;                 // else t += h
 //
-// Implicit schemes are solved by Newton's method with the exact Jacobian, to rounding (newton.h).  A step fails, and
-// says why in a sentence, where that finds no solution near, where a recorded branch is left, or where the state is
-// not finite, before or after; an adaptive one also where the tolerances cannot be kept, after 100000 internal steps, and
-// soon after options.stop asks for it.
+// Implicit schemes use Newton's method with the exact Jacobian, to rounding (newton.h).  A step fails, with the
+// reason in one sentence, if:
 //
-// Jacobians are those of the step itself, not of the motion: A = d x'/d x (nt x nt), B = d x'/d u (nt x n_u),
-// P = d x'/d p (nt x n_p), increments in the moving frame on both sides, nt = 2 nv + lagged motors; of implicit schemes
-// by the implicit function theorem.  Those of an adaptive step are those of the motion, to the tolerances; of one that
-// ended at an event, with the time of the event held.  They are compiled where `with_jacobians` asks for them.
+// - Newton's method finds no solution nearby
+// - the step takes another branch than the recording
+// - the state is not finite, before or after
+// - adaptive: the tolerances cannot be met, after 100000 internal steps, or soon after options.stop
 //
-// One call at a time.  ArgumentError where a system does not fit together, or lacks what the scheme needs; GuardViolation
-// where only the Jacobians leave a recorded branch.
+// Jacobians are those of the numerical step: A = d x'/d x (nt x nt), B = d x'/d u (nt x n_u), P = d x'/d p (nt x
+// n_p), with increments in the moving frame on both sides, nt = 2 nv + motors with lag.  Implicit schemes use the
+// implicit function theorem.  Jacobians of an adaptive step are those of the motion, to the tolerances; if it ended
+// at an event, with the time of the event fixed.  They are compiled only if `with_jacobians`.
+//
+// Not thread-safe.  Errors.  ArgumentError: a system that is inconsistent, or lacks what the scheme needs.
+// GuardViolation: only the Jacobians take another branch than the recording.
 #pragma once
 
 #include <Eigen/Core>
@@ -49,7 +52,8 @@
 
 namespace dyntape {
 
-// Many states, a row each: rows follow each other without gaps, or by so many doubles; a stride of 0 is one row for all.
+// Many states, one row each.  A stride is the distance of two rows in doubles; kDense: contiguous; 0: one row for
+// all.
 struct StateRows {
   static constexpr std::size_t kDense = SIZE_MAX;
   std::size_t count = 1;
@@ -60,20 +64,21 @@ struct StateRows {
               stride_next = kDense;
 };
 
-// What was made: sums over the functions of a stepper.
+// Sums over the functions of a stepper.
 struct StepperReport {
   std::size_t step_operations =
-      0;  // an explicit step; one residual and the end of an implicit one; or one rate
-  std::size_t newton_operations = 0;    // a residual, or rate, with its Jacobian; 0: explicit
-  std::size_t jacobian_operations = 0;  // of A, B and P, or of one rate with derivatives for them; 0: without
-  bool from_cache = false;              // nothing was compiled
+      0;  // operations of an explicit step; or of one residual and the end of an implicit step; or of one rate
+  std::size_t newton_operations = 0;  // a residual, or rate, with its Jacobian; 0: explicit
+  std::size_t jacobian_operations =
+      0;                    // of A, B and P, or of one rate with derivatives for them; 0: not compiled
+  bool from_cache = false;  // true: no compilation
   Timings seconds;
-  std::vector<std::string> sources = {};  // C files, where there are any
+  std::vector<std::string> sources = {};  // C files, if any
 };
 
 class Stepper {
  public:
-  // threads: of steps(), among which the states of explicit schemes are shared out; 0: as many as the processor has.
+  // threads: for steps() of explicit schemes; 0: all of the processor's.
   Stepper(const System& system, Integrator integrator, const CodegenOptions& options = {},
           bool with_jacobians = false, unsigned threads = 1, const Tolerances& tolerances = {});
   ~Stepper();
@@ -85,37 +90,37 @@ class Stepper {
   int n_u() const;
   int n_p() const;
 
-  // False where there is no step: x_next is then NaN, and *why says what happened.
+  // Returns false if the step failed; x_next is then NaN, and *why is the reason.
   bool step(double t, double h, const double* x, const double* u, const double* p, double* x_next,
             std::string* why = nullptr);
 
-  // The same step and its Jacobians, which are resized.
+  // The same step with its Jacobians, which are resized.
   bool jacobians(double t, double h, const double* x, const double* u, const double* p, double* x_next,
                  Eigen::MatrixXd& A, Eigen::MatrixXd& B, Eigen::MatrixXd& P, std::string* why = nullptr);
 
-  // A step of each state; with options.lanes several states of an explicit scheme at once.  Returns how many failed:
-  // their x_next is NaN, and *why is about the first.  x_next overlaps with nothing.
+  // Steps many states; with options.lanes several states of an explicit scheme at once.  Returns the number of
+  // failures; their x_next is NaN, and *why is the reason of the first.  x_next must not overlap the inputs.
   std::size_t steps(double h, const StateRows& rows, std::string* why = nullptr);
 
-  // For those who keep many states in lanes over many steps, of explicit schemes: blocks of W = lane_width(), entry i of
-  // lane l of block b of an array of n entries a state at [(b n + i) W + l].  x, x_next (nx); arguments (2 + n_u + n_p):
-  // t, h, u, p; status, a word a state.  The count is a multiple of W.  What is not finite stays so, and is for the caller
-  // to see.  False where a recorded branch is left: the words that are not zero tell whose.
+  // For explicit schemes and states in SIMD layout: blocks of W = lane_width() states; entry i of lane l of block b
+  // of an array with n entries per state is at [(b n + i) W + l].  x, x_next (nx); arguments (2 + n_u + n_p): t, h,
+  // u, p; status: one word per state.  `count` must be a multiple of W.  Values that are not finite are not
+  // reported.  Returns false if a state takes another branch than the recording; its word is nonzero.
   bool steps_side_by_side(std::size_t count, const double* x, const double* arguments, double* x_next,
                           std::uint32_t* status);
   std::size_t lane_width() const;  // 1 without options.lanes, or interpreted
 
-  // The same functions with working memory of their own, for another thread; without Jacobians.
+  // The same functions with separate working memory, for another thread; without Jacobians.
   Stepper twin() const;
 
-  // Of the last step.  Newton's method of an implicit one: residuals that were looked at.  An adaptive one: where it
-  // ended ahead of its time, and what it took; of jacobians() without them, what came after the step.
+  // Of the last step.  residuals(): evaluations of Newton's method in an implicit step.  event(): where an adaptive
+  // step ended early.  effort(): its cost; after jacobians(), the cost of the integration after the step.
   int residuals() const;
   const std::optional<StepEvent>& event() const;
   StepEffort effort() const;
 
-  // Adaptive steps tell `at` of Gauss' points within their internal steps: sum weight f(x) is int f dt over a step, as
-  // exactly as the step itself.  Other steps tell nothing.
+  // Adaptive steps call `at` for the Gauss points of their internal steps: sum weight f(x) is int f dt over a step,
+  // with the accuracy of the step.  Other steps do not call it.
   void watch(const std::function<void(const double* x, double weight)>& at);
 
   const StepperReport& report() const;
