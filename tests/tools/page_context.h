@@ -20,6 +20,7 @@
 #include <dyntape/interface/files/task/task_spec.h>
 #include <dyntape/interface/motion/capsules.h>
 #include <dyntape/interface/motion/centroidal_problem.h>
+#include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_problem.h>
 #include <dyntape/interface/run/solve/solve.h>
 
@@ -40,5 +41,5 @@ extern Eigen::VectorXd measured, u0, x0, planned, q0, v0, q1, v1, q, lower, uppe
 extern Eigen::MatrixXd starts;
 extern Eigen::Vector3d position, foot, head;
 extern Eigen::Matrix3d orientation;
-extern std::vector<double> unit;
+extern ControlUnit unit;
 extern StageFunction v;

@@ -33,7 +33,8 @@ def units(page):
         is_class = re.match(r'\s*(?:class|struct|template)\b', block)
         body.append(where + (block if is_class else f'void block_{line}() {{\n{where}{block}\n}}\n'))
     if body:
-        own = '' if any('cppad' in line for line in head) else f'#include "{ROOT}/tests/tools/page_context.h"\n'
+        is_cppad = any('cppad' in line for line in head)
+        own = 'extern CppAD::ADFun<double> f;\n' if is_cppad else f'#include "{ROOT}/tests/tools/page_context.h"\n'
         yield '\n'.join(head) + '\n' + own + '\n'.join(body)
 
 
