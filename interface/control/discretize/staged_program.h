@@ -104,7 +104,8 @@ struct StagedLink {
   std::ptrdiff_t evaluator = -1;  // -1: none
 };
 
-// Rows [row, row + size) of the program: row + i is the sum over the terms of  factor * (entry first + i of variables or of y).
+// Rows [row, row + size) of the program: row + i sums factor * (entry first + i of variables or of y) over the
+// terms.
 struct LinearTerm {
   static constexpr std::size_t kVariables = SIZE_MAX;
   double factor;
