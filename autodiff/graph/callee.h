@@ -16,7 +16,7 @@
 // infinity.  In derivatives of recorded functions a missing one does not enter.
 //
 // Make one callee and use it for all calls: calls with the same callee and arguments are equal and merged.
-// tests/examples/kernel_call.cpp is the complete program.
+// examples/cpp/kernel_call.cpp is the complete program.
 #pragma once
 
 #include <cstddef>
