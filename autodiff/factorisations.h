@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <memory>
 
 // Where a factorisation is kept: its compute() is the library's.
 extern template class Eigen::PartialPivLU<Eigen::MatrixXd>;
@@ -29,6 +30,35 @@ bool is_positive_definite(const Eigen::MatrixXd& A);  // true without entries
 // times the largest count as zero; 0: rounding times the size.
 Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold = 0);
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A, double threshold = 0);
+// The same for several b: factorises A once.
+class LeastNormSolver {
+ public:
+  explicit LeastNormSolver(const Eigen::MatrixXd& A, double threshold = 0);
+  Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
+
+ private:
+  std::shared_ptr<const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>> factors_;
+};
+
+// An orthogonal matrix whose first `rank` columns span the range of A, by QR with column pivoting; the other columns are orthogonal
+// to the range.  Pivots below `threshold` times the largest count as zero.
+struct OrthonormalBasis {
+  Eigen::MatrixXd columns;
+  Eigen::Index rank;
+  Eigen::MatrixXd range() const { return columns.leftCols(rank); }
+  Eigen::MatrixXd complement() const { return columns.rightCols(columns.cols() - rank); }
+};
+OrthonormalBasis orthonormal_basis(const Eigen::MatrixXd& A, double threshold);
+
+// R (n, n) of the QR factorisation of A (m, n), m >= n.
+Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd& A);
+
+// Singular values in descending order and, if they are asked for, the right singular vectors as columns.
+struct SingularValues {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd right;  // (n, n), or empty
+};
+SingularValues singular_values(const Eigen::MatrixXd& A, bool right = false);
 
 // Of a symmetric A, whose lower triangle is read: eigenvalues in ascending order, and eigenvectors of unit length as columns.
 struct SymmetricEigen {
@@ -37,5 +67,9 @@ struct SymmetricEigen {
 };
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& A);
 double least_eigenvalue(const Eigen::MatrixXd& A);
+
+// Of any square A: its eigenvalues, and exp(A).
+Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& A);
+Eigen::MatrixXd matrix_exponential(const Eigen::MatrixXd& A);
 
 }  // namespace dyntape

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/processor_level.h>
 
-#if defined(DYNTAPE_HAS_LEVELS)
+#if defined(DYNTAPE_LEVELS)
 #include <cpuid.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <string_view>
 
 namespace dyntape {
 namespace {
 
 constexpr std::array<const char*, 3> kLevels = {"x86-64-v2", "x86-64-v3", "x86-64-v4"};
+constexpr std::string_view kBuilt = DYNTAPE_LEVELS;  // "v2 v3 v4", or one of these
+
+constexpr bool is_built(int level) {
+  return kBuilt.find(kLevels[static_cast<std::size_t>(level)] + 7) != kBuilt.npos;
+}
 
 // Before main: nothing of the C++ library has been initialised.
 [[noreturn]] void refuse(const std::string& why) {
@@ -44,13 +50,17 @@ int level_of_processor() {
 }
 
 int choose() {
-  const int level = level_of_processor();
+  int level = level_of_processor();
   if (level < 0) {
     refuse(std::string("this processor is below ") + kLevels[0] +
            " (it lacks SSSE3, SSE4.2 or POPCNT), the least that this build runs on: build it on this machine "
            "with "
            "-DDYNTAPE_ARCH=native");
   }
+  while (level >= 0 && !is_built(level)) --level;
+  if (level < 0)
+    refuse("this build is for x86-64-" + std::string(kBuilt) +
+           " alone, which this processor is below; build it with -DDYNTAPE_ARCH=every");
   const char* const wanted = std::getenv("DYNTAPE_PROCESSOR");
   if (!wanted || !*wanted) return level;
   const auto* const found = std::find(kLevels.begin(), kLevels.end(), std::string(wanted));
@@ -61,6 +71,9 @@ int choose() {
   if (chosen > level)
     refuse(std::string("DYNTAPE_PROCESSOR is ") + wanted + ", and this processor is " +
            kLevels[static_cast<std::size_t>(level)]);
+  if (!is_built(chosen))
+    refuse(std::string("DYNTAPE_PROCESSOR is ") + wanted + ", and this build is for x86-64-" +
+           std::string(kBuilt) + " alone; build it with -DDYNTAPE_ARCH=every");
   return chosen;
 }
 
@@ -75,9 +88,11 @@ std::string processor_level() { return kLevels[static_cast<std::size_t>(chosen_l
 
 }  // namespace dyntape
 
-// Called by what tools/levels.sh makes, once a library: `count` functions of each level.
+// Called by what tools/levels.sh makes, once a library: `count` functions of each level that is built.
 extern "C" void dyntape_choose_functions(void** chosen, void* const* const* levels, int count) {
-  std::copy_n(levels[dyntape::chosen_level()], count, chosen);
+  int place = 0;
+  for (int level = 0; level < dyntape::chosen_level(); ++level) place += dyntape::is_built(level);
+  std::copy_n(levels[place], count, chosen);
 }
 
 #else

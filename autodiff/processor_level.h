@@ -9,7 +9,7 @@
 // DYNTAPE_PROCESSOR names a lower one.  Results have the same bits at every level.
 //
 // Errors end the program before main, with one sentence and status 2: a processor below the lowest level, a name that is
-// none, a level that the processor does not have.
+// none, a level that the processor or the build does not have (DYNTAPE_ARCH=here builds one level).
 #pragma once
 
 #include <string>

@@ -115,9 +115,7 @@ void CompiledFunction::second_order(const double* x, const double* p, const doub
             workspace));
 }
 
-CompiledFunction::Evaluation CompiledFunction::evaluate(Order order, const std::vector<double>& x,
-                                                        const std::vector<double>& p,
-                                                        const std::vector<double>& w) const {
+CompiledFunction::Evaluation CompiledFunction::evaluate(Order order, Numbers x, Numbers p, Numbers w) const {
   require(order, "evaluated");
   const Strides n = tiers_->first().sizes(order);
   const auto expect = [&](const char* block, std::size_t found, std::size_t expected) {

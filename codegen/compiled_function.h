@@ -121,11 +121,11 @@ class CompiledFunction {
   void check(const Violation& violation, std::size_t points = 1) const;
 
   // --- one evaluation with checked sizes, for small programs and tests ---
+  // x, p and w: any vectors of doubles (numbers.h).
   struct Evaluation {
     std::vector<double> y, jacobian, hessian;
   };
-  Evaluation evaluate(Order order, const std::vector<double>& x, const std::vector<double>& p = {},
-                      const std::vector<double>& w = {}) const;
+  Evaluation evaluate(Order order, Numbers x, Numbers p = {}, Numbers w = {}) const;
 
   // --- the current tier and its origin ---
   Route route() const;  // kCompiled, kMachineCode or kInterpreter

@@ -4,11 +4,27 @@
 #   dyntape_compile_for_levels(dyntape_dynamics UNITS ${units} LIBRARIES dyntape_common)
 #   dyntape_compile_for_levels(dyntape_scalars UNITS ${both} OF_v3 ${narrow} OF_v4 ${wide} LIBRARIES ...)
 #
-# UNITS are compiled for all levels, OF_<level> for that one besides.  Where dyntape is built for one processor (DYNTAPE_ARCH),
-# the target takes UNITS as they are.
+# UNITS are compiled for all levels, OF_<level> for that one besides.  With DYNTAPE_ARCH=here only this machine's level is
+# compiled, which tools/build does for the command alone.  If DYNTAPE_ARCH names a processor, the target takes UNITS as they are.
 set(DYNTAPE_LEVELS)
-if(DYNTAPE_ARCH STREQUAL every AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+if(DYNTAPE_ARCH MATCHES "^(every|here)$" AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(DYNTAPE_LEVELS v2 v3 v4)
+endif()
+if(DYNTAPE_LEVELS AND DYNTAPE_ARCH STREQUAL here)
+  execute_process(COMMAND ${CMAKE_CXX_COMPILER} -march=native -dM -E -x c++ /dev/null OUTPUT_VARIABLE macros COMMAND_ERROR_IS_FATAL ANY)
+  set(needed_by_v3 AVX2 FMA BMI BMI2 F16C LZCNT MOVBE)
+  set(needed_by_v4 AVX512F AVX512BW AVX512CD AVX512DQ AVX512VL)
+  set(DYNTAPE_LEVELS v2)
+  foreach(level v3 v4)
+    foreach(feature ${needed_by_${level}})
+      if(NOT macros MATCHES "#define __${feature}__ ")
+        set(macros "")
+      endif()
+    endforeach()
+    if(macros)
+      set(DYNTAPE_LEVELS ${level})
+    endif()
+  endforeach()
 endif()
 
 function(dyntape_compile_for_levels target)

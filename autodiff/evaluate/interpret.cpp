@@ -114,8 +114,7 @@ std::shared_ptr<const Function> detail::recorded_form(const Callee& callee) {
   return unrolled ? unrolled() : nullptr;
 }
 
-std::vector<double> evaluate(const Function& function, const std::vector<double>& x,
-                             const std::vector<double>& p, const std::vector<double>& w) {
+std::vector<double> evaluate(const Function& function, Numbers x, Numbers p, Numbers w) {
   detail::check_sizes(function, x.size(), p.size(), w.size());
   const Interpreter run(function);
   Interpreter::Workspace workspace(run);

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/evaluate/interpret_lanes.h>
+#include <dyntape/autodiff/evaluate/numbers.h>
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/autodiff/graph/function.h>
 #include <dyntape/autodiff/scalars/portable.h>
@@ -75,8 +76,8 @@ class Interpreter {
 };
 
 // Evaluates once and checks: ArgumentError for wrong sizes, GuardViolation with file and line of the branch.
-std::vector<double> evaluate(const Function& function, const std::vector<double>& x,
-                             const std::vector<double>& p = {}, const std::vector<double>& w = {});
+// x, p and w: any vectors of doubles (numbers.h).
+std::vector<double> evaluate(const Function& function, Numbers x, Numbers p = {}, Numbers w = {});
 
 // Returns the first node whose value is not finite although all its arguments are: "node 17 (Log): of (-1) = nan".
 // Returns "" if there is none.  Sizes are not checked.

@@ -166,6 +166,7 @@ NodeId Graph::make(Op op, NodeId a, NodeId b, NodeId c) {
   // One canonical order makes a + b and b + a the same node.
   if ((row.laws & kCommutative) && b < a) std::swap(a, b);
   if (const NodeId simpler = simplified(op, a, b, c); simpler != kNoNode) return simpler;
+  has_roots_ = has_roots_ || detail::is_root(op);
   return intern(op, a, b, c, newest_argument({op, a, b, c}));
 }
 
@@ -421,6 +422,7 @@ Graph Graph::extract(const std::vector<std::uint8_t>& keep, std::size_t n_kept,
   }
   copy.nodes_.pop_back();
   copy.is_indexed_ = false;
+  copy.has_roots_ = has_roots_;
   return copy;
 }
 
@@ -456,6 +458,7 @@ void Graph::clear() {
   call_arguments_.clear();
   callee_places_.clear();
   n_calls_ = 0;
+  has_roots_ = false;
 }
 
 std::size_t call_arity(const Graph& graph, NodeId call) { return graph.callees()[graph[call].a]->n_in; }

@@ -93,6 +93,8 @@ class Graph {
   const std::vector<std::shared_ptr<const Callee>>& callees() const { return callees_; }
   const std::vector<NodeId>& call_arguments() const { return call_arguments_; }
 
+  // False: no node is a square root, an absolute value or a hypot (smooth_products.h).
+  bool has_roots() const { return has_roots_; }
   bool is_constant(NodeId id) const { return nodes_[id].op == Op::Const; }
   double constant_value(NodeId id) const { return constants_[nodes_[id].a]; }
   bool is_constant(NodeId id, double value) const { return is_constant(id) && constant_value(id) == value; }
@@ -135,7 +137,8 @@ class Graph {
   NodeId reciprocal_power(NodeId base, int exponent);  // 1 / x^n, n > 0
 
   std::vector<Node> nodes_;
-  NodeTable table_;         // empty until a node is added; a read-only graph has none
+  NodeTable table_;  // empty until a node is added; a read-only graph has none
+  bool has_roots_ = false;
   bool is_indexed_ = true;  // true if the table has all nodes
   std::vector<double> constants_;
   std::vector<std::shared_ptr<const Callee>> callees_;

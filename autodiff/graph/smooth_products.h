@@ -28,6 +28,7 @@ NodeId root_in(const Graph& graph, NodeId id) {
 // Whether both are multiples of the same root.
 template <class Graph>
 bool share_a_root(const Graph& graph, NodeId a, NodeId b) {
+  if (!graph.has_roots()) return false;
   const NodeId root = root_in(graph, a);
   return root != kNoNode && root == root_in(graph, b);
 }

@@ -2,28 +2,21 @@
 #include <dyntape/autodiff/record/record.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <mutex>
 #include <ostream>
-#include <random>
 #include <thread>
-#include <unordered_set>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
-#include <dyntape/autodiff/graph/smooth_products.h>
+#include <dyntape/autodiff/record/tape.h>
 
 namespace dyntape {
 namespace detail {
 
-struct Recording {
+struct Recording : Tape {
   std::string name, place;  // ", begun at spring.cpp:12"
-  std::uint32_t serial;
   RecordOptions::Branches branches;
-  Graph graph;
-  std::vector<Guard> guards;
-  std::unordered_set<NodeId> guarded;  // their conditions
 };
 
 }  // namespace detail
@@ -40,17 +33,6 @@ struct Opened {
 };
 thread_local Opened opened;
 [[gnu::tls_model("initial-exec")]] constinit thread_local Recording* current = nullptr;
-
-// Memory of this thread's last recording, for the next one; much is given back.
-thread_local Graph spare;
-constexpr std::size_t kSpareBytes = std::size_t{1} << 24;
-
-// Serial numbers begin at random, so that two copies of this library in one process do not take each other's
-// values for their own.
-std::uint32_t next_serial() {
-  static std::atomic<std::uint32_t> next{std::random_device{}()};
-  return next++;
-}
 
 std::string titled(const Recording& recording) { return "\"" + recording.name + "\"" + recording.place; }
 
@@ -76,12 +58,9 @@ Recording* open_recording(std::uint32_t tape) {
                        ": values do not outlive their recording; use its value() or pass it as a parameter");
 }
 
-// Whether a value that depends on an input is of the current recording.
-bool is_current(const AD& a) { return current && current->serial == a.tape(); }
-
 // The open recording of values that depend on inputs, at least one of which is given; from now on the current one.
 template <class... Values>
-[[gnu::cold, gnu::noinline]] Recording& other_recording(const Values&... values) {
+[[gnu::cold, gnu::noinline]] Recording* other_recording(const Values&... values) {
   Recording* open = nullptr;
   const auto look_for = [&](const AD& a) {
     if (!open && a.is_recorded()) open = open_recording(a.tape());
@@ -92,33 +71,32 @@ template <class... Values>
       refuse(open ? open->serial : a.tape(), a.tape());
   };
   (check(values), ...);
-  return *(current = open);
+  return current = open;
 }
 
-// The recording of values that depend on inputs, at least one of which is given.
-template <class... Values>
-Recording& recording_of(const Values&... values) {
-  return ((!values.is_recorded() || is_current(values)) && ...) ? *current : other_recording(values...);
-}
+struct Policy {
+  using Value = AD;
+  using Base = double;
+  using Tape = Recording;
 
-// A value of a recording is a node or, with this bit in its number, the negation of one, which need not be there: signs go
-// through sums, products and quotients without nodes of their own.
-constexpr NodeId kNegated = 0x80000000u;
-static_assert(kMostNodes < kNegated);
-
-NodeId node(Recording& recording, const AD& a) {
-  if (!a.is_recorded()) return recording.graph.constant(a.value());
-  if (a.tape() != recording.serial) refuse(recording.serial, a.tape());
-  const NodeId id = a.id() & ~kNegated;
-  return id == a.id() ? id : recording.graph.negation(id);
-}
-
-AD result(Recording& recording, NodeId id, double value) {
-  // What folded to a constant is one: comparisons of it need no guard.
-  if (recording.graph.is_constant(id)) return recording.graph.constant_value(id);
-  const Node& node = recording.graph[id];
-  return {value, node.op == Op::Neg ? node.a | kNegated : id, recording.serial};
-}
+  static Recording* current() { return dyntape::current; }
+  template <class... Values>
+  static Recording* other(const Values&... values) {
+    return other_recording(values...);
+  }
+  static NodeId outside(Recording& recording, const AD& a) {
+    if (a.is_recorded()) refuse(recording.serial, a.tape());
+    return recording.graph.constant(a.value());
+  }
+  static bool is_plain(const AD&) { return true; }
+  static double number(const AD& a) { return a.value(); }
+  template <Op op>
+  static double evaluate(double x, double y, double z) {
+    return dyntape::evaluate<op>(x, y, z);
+  }
+  static void check(const Recording&) {}
+};
+using Arithmetic = detail::RecordedArithmetic<Policy>;
 
 std::vector<double> recording_point(const std::vector<double>& given, std::size_t n, const std::string& what,
                                     double offset) {
@@ -139,100 +117,17 @@ std::vector<double> recording_point(const std::vector<double>& given, std::size_
 
 namespace detail {
 
-[[gnu::noinline]] AD negation(double value, AD x) {
-  Recording& r = recording_of(x);
-  if (x.id() & kNegated || !Graph::absorbs_negation(r.graph[x.id()].op))
-    return {value, x.id() ^ kNegated, r.serial};
-  return result(r, r.graph.negation(x.id()), value);
-}
-
 template <Op op>
 AD apply(AD a) {
-  if (op == Op::Neg && a.is_recorded()) return negation(-a.value(), a);
-  const double value = evaluate<op>(a.value(), 0.0, 0.0);
-  if (!a.is_recorded()) return value;
-  Recording& r = recording_of(a);
-  return result(r, r.graph.make(op, node(r, a)), value);
+  return Arithmetic::apply<op>(a);
 }
-
-// Functions that end in one another: what most operations take has no call within, and keeps all in registers.
-
-template <Op op>
-[[gnu::noinline]] AD apply_by_laws(AD a, AD b) {
-  Recording& r = recording_of(a, b);
-  const NodeId x = node(r, a), y = node(r, b);
-  return result(r, r.graph.make(op, x, y), evaluate<op>(a.value(), b.value(), 0.0));
-}
-
-[[gnu::noinline, gnu::flatten]] AD add_node(double value, Op op, NodeId a, NodeId b, Recording& r) {
-  return {value, r.graph.make_plain(op, a, b), r.serial};
-}
-// At least one is a negation.
-[[gnu::noinline]] AD add_node_of_negations(double value, Op op, NodeId a, NodeId b, Recording& r) {
-  const auto [id, is_negated] =
-      r.graph.make_signed(op, {a & ~kNegated, (a & kNegated) != 0}, {b & ~kNegated, (b & kNegated) != 0});
-  return {value, is_negated ? id | kNegated : id, r.serial};
-}
-template <bool left>
-[[gnu::noinline]] AD add_node_of_constant(double value, Op op, double c, NodeId x, Recording& r) {
-  const NodeId constant = r.graph.constant(c);
-  return {value, left ? r.graph.make_plain(op, constant, x) : r.graph.make_plain(op, x, constant), r.serial};
-}
-
-// One argument is a constant.  Zeros and ones, most of the constants of a robot, are looked at before the graph
-// is asked.
-template <Op op, bool left>
-[[gnu::noinline]] AD apply_to_constant(AD a, AD b) {
-  constexpr std::uint32_t laws = info(op).laws;
-  constexpr bool absorbs = laws & (left ? kAbsorbLeft : kAbsorbRight),
-                 zero = laws & (left ? kZeroLeft : kZeroRight), one = laws & (left ? kOneLeft : kOneRight);
-  const double c = left ? a.value() : b.value(), value = evaluate<op>(a.value(), b.value(), 0.0);
-  const AD x = left ? b : a;
-  if (!is_current(x)) return apply_by_laws<op>(a, b);
-  Recording& r = *current;
-  if (absorbs && c == 0) return 0.0;
-  if ((zero && c == 0) || (one && c == 1)) return {value, x.id(), x.tape()};
-  if ((op == Op::Sub && left && c == 0) || (op == Op::Mul && c == -1)) return negation(value, x);
-  // Other zeros and divisors have laws of their own.
-  if (c == 0 || (op == Op::Div && !left)) return apply_by_laws<op>(a, b);
-  const NodeId id = x.id() & ~kNegated;
-  if (id == x.id()) return add_node_of_constant<left>(value, op, c, id, r);
-  if (op == Op::Mul || op == Op::Div) return add_node_of_constant<left>(value, op, -c, id, r);
-  return apply_by_laws<op>(a, b);
-}
-
-// The sign of a NaN is no result (graph.h): a constant one would be folded to either.
-[[gnu::noinline]] void refuse_sign_of_nan() {
-  throw RecordingError("copysign: the second argument is NaN, whose sign is not defined; expected a number");
-}
-
 template <Op op>
 AD apply(AD a, AD b) {
-  if constexpr (op == Op::Copysign) {
-    if (!b.is_recorded() && std::isnan(b.value())) refuse_sign_of_nan();
-  }
-  if (!a.is_recorded() && !b.is_recorded()) return evaluate<op>(a.value(), b.value(), 0.0);
-  if constexpr (Graph::is_arithmetic(op)) {
-    if (!a.is_recorded()) return apply_to_constant<op, true>(a, b);
-    if (!b.is_recorded()) return apply_to_constant<op, false>(a, b);
-    if (is_current(a) && is_current(b)) {
-      if (op == Op::Mul && share_a_root(current->graph, a.id() & ~kNegated, b.id() & ~kNegated)) [[unlikely]]
-        return apply_by_laws<op>(a, b);
-      const double value = evaluate<op>(a.value(), b.value(), 0.0);
-      return (a.id() | b.id()) & kNegated ? add_node_of_negations(value, op, a.id(), b.id(), *current)
-                                          : add_node(value, op, a.id(), b.id(), *current);
-    }
-  }
-  return apply_by_laws<op>(a, b);
+  return Arithmetic::apply<op>(a, b);
 }
-
 template <Op op>
 AD apply(AD a, AD b, AD c) {
-  const double value = evaluate<op>(a.value(), b.value(), c.value());
-  if (!a.is_recorded() && !b.is_recorded() && !c.is_recorded()) return value;
-  Recording& r = recording_of(a, b, c);
-  const NodeId x = node(r, a), y = node(r, b), z = node(r, c);
-  return result(r, r.graph.make(op, x, y, z), value);
+  return Arithmetic::apply<op>(a, b, c);
 }
 
 #define OP(name, fn, n, ...) DYNTAPE_APPLY_##n(name)
@@ -249,13 +144,12 @@ AD apply(AD a, AD b, AD c) {
 Condition::operator bool() const {
   const bool taken = truth_.value() != 0;
   if (!truth_.is_recorded()) return taken;
-  Recording& r = recording_of(truth_);
+  Recording& r = *Arithmetic::tape_of(truth_);
   if (r.branches == RecordOptions::Branches::kError) {
     throw RecordingError(std::string(file_) + ":" + std::to_string(line_) + ": \"" + r.name +
                          "\" branches on a recorded value; use select(condition, a, b)");
   }
-  const NodeId condition = node(r, truth_);
-  if (r.guarded.insert(condition).second) r.guards.push_back({condition, taken, file_, line_});
+  r.guard(Arithmetic::node(r, truth_), taken, file_, line_);
   return taken;
 }
 
@@ -263,17 +157,13 @@ std::ostream& operator<<(std::ostream& out, const AD& a) { return out << a.value
 
 // Open for as long as it lives, however its scope is left.
 struct Recorder::Open {
-  explicit Open(Recording r) : recording(std::move(r)), thread(std::this_thread::get_id()) {
-    std::swap(recording.graph, spare);
+  explicit Open() : thread(std::this_thread::get_id()) {
     opened.recordings.push_back(&recording);
     current = &recording;
   }
   ~Open() {
     std::erase(opened.recordings, &recording);
     current = opened.recordings.empty() ? nullptr : opened.recordings.back();
-    if (recording.graph.bytes() > kSpareBytes) return;
-    recording.graph.clear();
-    std::swap(recording.graph, spare);
   }
 
   Recording recording;
@@ -294,16 +184,15 @@ void check_names(const Recording& recording, const std::vector<std::string>& nam
 Recorder::Recorder(const std::string& name, std::size_t n_x, std::size_t n_p, const RecordOptions& options,
                    const char* file, int line)
     : options_(options), name_(name) {
-  Recording recording;
+  open_ = std::make_unique<Open>();
+  Recording& recording = open_->recording;
   recording.name = name;
   recording.place = file ? ", begun at " + std::string(file) + ":" + std::to_string(line) : "";
-  recording.serial = next_serial();
   recording.branches = options.branches;
   check_names(recording, options.variable_names, n_x, "variables");
   check_names(recording, options.parameter_names, n_p, "parameters");
   const std::vector<double> x = recording_point(options.variables, n_x, "variables", 1),
                             p = recording_point(options.parameters, n_p, "parameters", 1.5);
-  open_ = std::make_unique<Open>(std::move(recording));
   x_ = make_inputs(Block::kVariables, x);
   p_ = make_inputs(Block::kParameters, p);
 }
@@ -337,7 +226,7 @@ Function Recorder::end(const VectorXad& y) {
   Recording& recording = ending->recording;
   std::vector<NodeId> outputs;
   outputs.reserve(static_cast<std::size_t>(y.size()));
-  for (const AD& entry : y) outputs.push_back(node(recording, entry));
+  for (const AD& entry : y) outputs.push_back(Arithmetic::node(recording, entry));
   check_names(recording, options_.output_names, outputs.size(), "outputs");
   Function function = live_part(recording.graph, outputs, recording.guards);
   function.name = recording.name;
@@ -379,9 +268,9 @@ VectorXad call(const std::shared_ptr<const Callee>& callee, const VectorXad& arg
       std::find_if(arguments.begin(), arguments.end(), [](const AD& a) { return a.is_recorded(); });
   if (some == arguments.end()) return results;
 
-  Recording& recording = recording_of(*some);
+  Recording& recording = *Arithmetic::tape_of(*some);
   std::vector<NodeId> ids;
-  for (const AD& a : arguments) ids.push_back(node(recording, a));
+  for (const AD& a : arguments) ids.push_back(Arithmetic::node(recording, a));
   const std::vector<NodeId> nodes = recording.graph.call(callee, ids);
   for (std::size_t i = 0; i < out.size(); ++i) {
     results[static_cast<Eigen::Index>(i)] = AD(out[i], nodes[i], recording.serial);

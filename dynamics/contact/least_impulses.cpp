@@ -2,8 +2,9 @@
 #include <dyntape/dynamics/contact/least_impulses.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <cmath>
+
+#include <dyntape/autodiff/factorisations.h>
 
 namespace dyntape::dynamics {
 
@@ -82,11 +83,9 @@ std::optional<VectorXd> least_impulses(const ContactProblem& problem, const Vect
   constexpr double kDependentRows = 1e-10, kToRounding = 1e-14;
   constexpr int kMostSteps = 60;
   if (p.isZero(0)) return std::nullopt;
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(problem.D);
-  qr.setThreshold(kDependentRows);
-  const Index rank = qr.rank();
-  if (rank == p.size()) return std::nullopt;
-  const MatrixXd all = qr.householderQ(), range = all.leftCols(rank);
+  const OrthonormalBasis basis = orthonormal_basis(problem.D, kDependentRows);
+  if (basis.rank == p.size()) return std::nullopt;
+  const MatrixXd range = basis.range();
   const ImpulseCones cones(problem, problem.D * p + problem.b, still);
   const VectorXd kept = range.transpose() * p;
   VectorXd y = kept;  // the answer wherever the least of all p with this D p is in the cones

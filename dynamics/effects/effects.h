@@ -29,6 +29,7 @@
 //   for_each_point(visit), kReadsVelocity                    forces from the motion of a point (point_forces.h)
 //   missing()                                                a parameter that other parameters require, or null
 //   stored_energy(model, data, q)                            the potential energy, if any
+#pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/effects/added_mass.h>

@@ -47,10 +47,13 @@ enum class Row : std::uint8_t {
 enum class Kind : std::uint8_t { kConstant, kDynamic, kVariable };
 
 // In recorded.cpp, for every base.
-template <class Base>
-AD<Base> apply(Row row, const AD<Base>& x);
-template <class Base>
-AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y);
+template <Row row, class Base>
+AD<Base> apply(AD<Base> x);
+template <Row row, class Base>
+AD<Base> apply(AD<Base> x, AD<Base> y);
+template <Row row, class Base>
+AD<Base> apply(AD<Base> x, AD<Base> y, AD<Base> z);
+// The same by a row that is not a constant; ignores the arguments that the row does not take.
 template <class Base>
 AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z);
 template <class Base>
@@ -94,11 +97,11 @@ class AD {
   AD& operator/=(const AD& b) { return *this = *this / b; }
 
   friend AD operator+(const AD& a) { return a; }
-  friend AD operator-(const AD& a) { return detail::apply(detail::Row::Neg, a); }
-  friend AD operator+(const AD& a, const AD& b) { return detail::apply(detail::Row::Add, a, b); }
-  friend AD operator-(const AD& a, const AD& b) { return detail::apply(detail::Row::Sub, a, b); }
-  friend AD operator*(const AD& a, const AD& b) { return detail::apply(detail::Row::Mul, a, b); }
-  friend AD operator/(const AD& a, const AD& b) { return detail::apply(detail::Row::Div, a, b); }
+  friend AD operator-(const AD& a) { return detail::apply<detail::Row::Neg>(a); }
+  friend AD operator+(const AD& a, const AD& b) { return detail::apply<detail::Row::Add>(a, b); }
+  friend AD operator-(const AD& a, const AD& b) { return detail::apply<detail::Row::Sub>(a, b); }
+  friend AD operator*(const AD& a, const AD& b) { return detail::apply<detail::Row::Mul>(a, b); }
+  friend AD operator/(const AD& a, const AD& b) { return detail::apply<detail::Row::Div>(a, b); }
 
   using Operand = detail::Located<AD>;
   friend bool operator<(const Operand& a, const Operand& b) {
@@ -136,11 +139,12 @@ class AD {
     return detail::kind_of(*this) == detail::Kind::kConstant && value_ == Base(1);
   }
 
-  // --- for the recording machinery ---
+  // --- for the recording machinery (autodiff/record/tape.h) ---
   AD(const Base& value, std::uint32_t id, std::uint32_t tape) : value_(value), id_(id), tape_(tape) {}
   const Base& value() const { return value_; }
   std::uint32_t id() const { return id_; }
-  std::uint32_t tape() const { return tape_; }  // 0: of no recording
+  std::uint32_t tape() const { return tape_; }     // 0: of no recording
+  bool is_recorded() const { return tape_ != 0; }  // of some recording, which may be over
 
  private:
   Base value_{};
@@ -158,27 +162,27 @@ concept MixesWith = !std::is_base_of_v<AD<Base>, Number> && std::convertible_to<
   using std::fn;                                \
   template <class Base>                         \
   AD<Base> fn(const AD<Base>& x) {              \
-    return detail::apply(detail::Row::name, x); \
+    return detail::apply<detail::Row::name>(x); \
   }
 #define DYNTAPE_CPPAD_2(name, fn)                            \
   using std::fn;                                             \
   template <class Base>                                      \
   AD<Base> fn(const AD<Base>& x, const AD<Base>& y) {        \
-    return detail::apply(detail::Row::name, x, y);           \
+    return detail::apply<detail::Row::name>(x, y);           \
   }                                                          \
   template <class Base, MixesWith<Base> Number>              \
   AD<Base> fn(const AD<Base>& x, const Number& y) {          \
-    return detail::apply(detail::Row::name, x, AD<Base>(y)); \
+    return detail::apply<detail::Row::name>(x, AD<Base>(y)); \
   }                                                          \
   template <class Base, MixesWith<Base> Number>              \
   AD<Base> fn(const Number& x, const AD<Base>& y) {          \
-    return detail::apply(detail::Row::name, AD<Base>(x), y); \
+    return detail::apply<detail::Row::name>(AD<Base>(x), y); \
   }
 #define DYNTAPE_CPPAD_3(name, fn)                                        \
   using std::fn;                                                         \
   template <class Base>                                                  \
   AD<Base> fn(const AD<Base>& x, const AD<Base>& y, const AD<Base>& z) { \
-    return detail::apply(detail::Row::name, x, y, z);                    \
+    return detail::apply<detail::Row::name>(x, y, z);                    \
   }
 #include <dyntape/autodiff/graph/ops.def>
 #undef DYNTAPE_CPPAD_1
@@ -196,7 +200,7 @@ AD<Base> nearbyint(const AD<Base>& x) {
 }
 template <class Base>
 AD<Base> sign(const AD<Base>& x) {
-  return detail::apply(detail::Row::Sign, x);
+  return detail::apply<detail::Row::Sign>(x);
 }
 template <std::floating_point Float>
 Float sign(Float x) {
@@ -205,7 +209,7 @@ Float sign(Float x) {
 // x y, and 0 where x is, whatever y is.
 template <class Base>
 AD<Base> azmul(const AD<Base>& x, const AD<Base>& y) {
-  return detail::apply(detail::Row::Azmul, x, y);
+  return detail::apply<detail::Row::Azmul>(x, y);
 }
 template <class Base, MixesWith<Base> Number>
 AD<Base> azmul(const AD<Base>& x, const Number& y) {
@@ -222,11 +226,11 @@ Float azmul(Float x, Float y) {
 // Without a guard, unlike those of std.
 template <class Base>
 AD<Base> min(const AD<Base>& x, const AD<Base>& y) {
-  return detail::apply(detail::Row::Min, x, y);
+  return detail::apply<detail::Row::Min>(x, y);
 }
 template <class Base>
 AD<Base> max(const AD<Base>& x, const AD<Base>& y) {
-  return detail::apply(detail::Row::Max, x, y);
+  return detail::apply<detail::Row::Max>(x, y);
 }
 template <class Base>
 AD<Base> fmin(const AD<Base>& x, const AD<Base>& y) {

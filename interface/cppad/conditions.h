@@ -15,14 +15,14 @@ enum CompareOp { CompareLt, CompareLe, CompareEq, CompareGe, CompareGt, CompareN
 
 namespace detail {
 
-template <class Base>
-AD<Base> selected(Row row, const AD<Base>& left, const AD<Base>& right, const AD<Base>& if_true,
+template <Row row, class Base>
+AD<Base> selected(const AD<Base>& left, const AD<Base>& right, const AD<Base>& if_true,
                   const AD<Base>& if_false) {
-  return apply(Row::Select, apply(row, left, right), if_true, if_false);
+  return apply<Row::Select>(apply<row>(left, right), if_true, if_false);
 }
 
-template <std::floating_point Float>
-Float selected(Row row, Float left, Float right, Float if_true, Float if_false) {
+template <Row row, std::floating_point Float>
+Float selected(Float left, Float right, Float if_true, Float if_false) {
   const bool truth = row == Row::Lt ? left < right : row == Row::Le ? left <= right : left == right;
   return truth ? if_true : if_false;
 }
@@ -36,23 +36,23 @@ concept Conditional = std::floating_point<Scalar> || requires(Scalar x) {
 
 template <Conditional S>
 S CondExpLt(const S& left, const S& right, const S& if_true, const S& if_false) {
-  return detail::selected(detail::Row::Lt, left, right, if_true, if_false);
+  return detail::selected<detail::Row::Lt>(left, right, if_true, if_false);
 }
 template <Conditional S>
 S CondExpLe(const S& left, const S& right, const S& if_true, const S& if_false) {
-  return detail::selected(detail::Row::Le, left, right, if_true, if_false);
+  return detail::selected<detail::Row::Le>(left, right, if_true, if_false);
 }
 template <Conditional S>
 S CondExpEq(const S& left, const S& right, const S& if_true, const S& if_false) {
-  return detail::selected(detail::Row::Eq, left, right, if_true, if_false);
+  return detail::selected<detail::Row::Eq>(left, right, if_true, if_false);
 }
 template <Conditional S>
 S CondExpGe(const S& left, const S& right, const S& if_true, const S& if_false) {
-  return detail::selected(detail::Row::Le, right, left, if_true, if_false);
+  return detail::selected<detail::Row::Le>(right, left, if_true, if_false);
 }
 template <Conditional S>
 S CondExpGt(const S& left, const S& right, const S& if_true, const S& if_false) {
-  return detail::selected(detail::Row::Lt, right, left, if_true, if_false);
+  return detail::selected<detail::Row::Lt>(right, left, if_true, if_false);
 }
 template <Conditional S>
 S CondExpOp(CompareOp op, const S& left, const S& right, const S& if_true, const S& if_false) {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <atomic>
-#include <random>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/cppad/detail/patterns.h>
@@ -11,29 +9,7 @@ namespace CppAD::inline dyntape_names::detail {
 
 namespace {
 
-Op op_of(Row row) { return static_cast<Op>(row); }
-
-// Not 0, which is that of constants.
-std::uint32_t next_tape_serial() {
-  static std::atomic<std::uint32_t> next{std::random_device{}()};
-  std::uint32_t serial = next++;
-  while (serial == 0) serial = next++;
-  return serial;
-}
-
-template <class Base>
-Base value_of_op(Op op, const Base& x, const Base& y, const Base& z) {
-  if constexpr (std::is_floating_point_v<Base>) {
-    if (op == Op::Add) return x + y;  // most of what is recorded
-    if (op == Op::Mul) return x * y;
-    if (op == Op::Sub) return x - y;
-    return evaluate<Base>(op, x, y, z);
-  } else {
-    const int n = info(op).arity;
-    const auto row = static_cast<Row>(op);
-    return n == 1 ? apply(row, x) : n == 2 ? apply(row, x, y) : apply(row, x, y, z);
-  }
-}
+constexpr Op op_of(Row row) { return static_cast<Op>(row); }
 
 template <class Base>
 bool is_on(const Tape<Base>* tape, const AD<Base>& x) {
@@ -93,61 +69,88 @@ NodeId Tape<Base>::captured_node(const Base& value) {
 }
 
 template <class Base>
-NodeId Tape<Base>::node(const AD<Base>& x) {
-  if (x.tape() == serial) return x.id();
-  return is_captured(x.value()) ? captured_node(x.value()) : graph.constant(number_of(x));
-}
-
-template <class Base>
-void Tape<Base>::guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expected, const char* file,
-                       int line) {
-  const NodeId a = node(x), b = node(y), condition = graph.make(op, a, b);
-  if (graph.is_constant(condition)) return;
-  check_length(*this);
-  if (guarded.insert(condition).second) guards.push_back({condition, expected, file, line});
-}
-
-template <class Base>
 Kind Tape<Base>::kind(NodeId id) {
+  id &= ~dyntape::detail::kNegated;
   find_kinds(graph, id, kinds);
   return kinds[id];
 }
 
-// What folded to a constant is one.
+namespace {
+
+// Values that are not of the open recording are constants; a base that records makes inputs of its own recorded values.
+template <class B>
+struct Policy {
+  using Value = AD<B>;
+  using Base = B;
+  using Tape = detail::Tape<B>;
+
+  static Tape* current() { return quick_tape<B>; }
+  template <class... Values>
+  static Tape* other(const Values&... values) {
+    Tape* const tape = current_tape<B>;
+    return (is_on(tape, values) || ...) ? tape : nullptr;
+  }
+  static NodeId outside(Tape& tape, const Value& a) {
+    return is_captured(a.value()) ? tape.captured_node(a.value()) : tape.graph.constant(number_of(a));
+  }
+  static bool is_plain(const Value& a) { return !is_captured(a.value()); }
+  static double number(const Value& a) { return number_of(a); }
+  template <Op op>
+  static Base evaluate(const Base& x, const Base& y, const Base& z) {
+    if constexpr (std::is_floating_point_v<Base>) {
+      return dyntape::evaluate<op>(x, y, z);
+    } else {
+      constexpr auto row = static_cast<Row>(op);
+      constexpr int n = info(op).arity;
+      if constexpr (n == 1) return apply<row>(x);
+      if constexpr (n == 2) return apply<row>(x, y);
+      if constexpr (n == 3) return apply<row>(x, y, z);
+    }
+  }
+  static void check(const Tape& tape) { check_length(tape); }
+};
 template <class Base>
-AD<Base> Tape<Base>::result(NodeId id, const Base& value) {
-  check_length(*this);
-  if (graph.is_constant(id)) return AD<Base>(Base(graph.constant_value(id)));
-  return {value, id, serial};
-}
+using Arithmetic = dyntape::detail::RecordedArithmetic<Policy<Base>>;
 
 template <class Base>
-AD<Base> apply(Row row, const AD<Base>& x) {
-  const Op op = op_of(row);
-  const Base value = value_of_op<Base>(op, x.value(), x.value(), x.value());
+void guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expected, const char* file, int line) {
   Tape<Base>* const tape = current_tape<Base>;
-  return is_on(tape, x) ? tape->result(tape->graph.make(op, x.id()), value) : AD<Base>(value);
+  if (!is_on(tape, x) && !is_on(tape, y)) return;
+  const NodeId a = Arithmetic<Base>::node(*tape, x), b = Arithmetic<Base>::node(*tape, y);
+  const NodeId condition = tape->graph.make(op, a, b);
+  if (tape->graph.is_constant(condition)) return;
+  check_length(*tape);
+  tape->guard(condition, expected, file, line);
 }
 
-template <class Base>
-AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y) {
-  const Op op = op_of(row);
-  const Base value = value_of_op<Base>(op, x.value(), y.value(), y.value());
-  if (x.tape() == 0 && y.tape() == 0) return value;
-  Tape<Base>* const tape = current_tape<Base>;
-  if (!is_on(tape, x) && !is_on(tape, y)) return value;
-  const NodeId a = tape->node(x), b = tape->node(y);
-  return tape->result(tape->graph.make(op, a, b), value);
+}  // namespace
+
+template <Row row, class Base>
+AD<Base> apply(AD<Base> x) {
+  return Arithmetic<Base>::template apply<op_of(row)>(x);
+}
+template <Row row, class Base>
+AD<Base> apply(AD<Base> x, AD<Base> y) {
+  return Arithmetic<Base>::template apply<op_of(row)>(x, y);
+}
+template <Row row, class Base>
+AD<Base> apply(AD<Base> x, AD<Base> y, AD<Base> z) {
+  return Arithmetic<Base>::template apply<op_of(row)>(x, y, z);
 }
 
 template <class Base>
 AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z) {
-  const Op op = op_of(row);
-  const Base value = value_of_op<Base>(op, x.value(), y.value(), z.value());
-  Tape<Base>* const tape = current_tape<Base>;
-  if (!is_on(tape, x) && !is_on(tape, y) && !is_on(tape, z)) return value;
-  const NodeId a = tape->node(x), b = tape->node(y), c = tape->node(z);
-  return tape->result(tape->graph.make(op, a, b, c), value);
+  (void)y, (void)z;
+  switch (row) {
+#define OP(name, fn, n, ...) \
+  case Row::name:            \
+    return apply<Row::name>(DYNTAPE_CPPAD_ARGUMENTS_##n);
+#define DYNTAPE_CPPAD_ARGUMENTS_1 x
+#define DYNTAPE_CPPAD_ARGUMENTS_2 x, y
+#define DYNTAPE_CPPAD_ARGUMENTS_3 x, y, z
+#include <dyntape/autodiff/graph/ops.def>
+  }
+  __builtin_unreachable();
 }
 
 template <class Base>
@@ -159,16 +162,14 @@ bool compare(Row row, const AD<Base>& x, const AD<Base>& y, const char* file, in
   } else {
     truth = compare(row, x.value(), y.value(), file, line);
   }
-  Tape<Base>* const tape = current_tape<Base>;
-  if ((is_on(tape, x) || is_on(tape, y)) && tape->begin.record_compare)
-    tape->guard(op, x, y, truth, file, line);
+  if (const Tape<Base>* const tape = current_tape<Base>; tape && tape->begin.record_compare)
+    guard(op, x, y, truth, file, line);
   return truth;
 }
 
 template <class Base>
 void record_guard(Row row, const AD<Base>& x, const AD<Base>& y) {
-  Tape<Base>* const tape = current_tape<Base>;
-  if (is_on(tape, x) || is_on(tape, y)) tape->guard(op_of(row), x, y, true, "graph", 0);
+  guard(op_of(row), x, y, true, "graph", 0);
 }
 
 template <class Base>
@@ -202,7 +203,6 @@ void begin_recording(AD<Base>* x, std::size_t n_x, AD<Base>* dynamic, std::size_
         "Independent: a recording of this thread" + begun_at(open->begin) +
         " is open over the same base; end it by ADFun, Dependent or AD<Base>::abort_recording()");
   auto tape = std::make_unique<Tape<Base>>();
-  tape->serial = next_tape_serial();
   tape->begin = begin;
   const auto declare = [&](Block block, AD<Base>* values, std::size_t n, std::vector<Base>& kept) {
     for (std::size_t i = 0; i < n; ++i) {
@@ -221,7 +221,7 @@ void record_print(const AD<Base>& flag, const std::string& before, const AD<Base
                   const std::string& after) {
   Tape<Base>* const tape = current_tape<Base>;
   if (!tape) return;
-  const NodeId of_flag = tape->node(flag), of_value = tape->node(value);
+  const NodeId of_flag = Arithmetic<Base>::node(*tape, flag), of_value = Arithmetic<Base>::node(*tape, value);
   tape->prints.push_back({of_flag, of_value, before, after});
 }
 
@@ -235,10 +235,11 @@ std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
   for (const AD<Base>& a : arguments) any = any || is_on(tape, a);
   if (!any) return results;
   std::vector<NodeId> nodes;
-  for (const AD<Base>& a : arguments) nodes.push_back(tape->node(a));
+  for (const AD<Base>& a : arguments) nodes.push_back(Arithmetic<Base>::node(*tape, a));
   const std::vector<NodeId> made = tape->graph.call(callee, nodes);
   if (kernel) tape->kernels[callee.get()] = kernel;
-  for (std::size_t i = 0; i < made.size(); ++i) results[i] = tape->result(made[i], values[i]);
+  for (std::size_t i = 0; i < made.size(); ++i)
+    results[i] = Arithmetic<Base>::result(*tape, made[i], values[i]);
   return results;
 }
 
@@ -250,8 +251,8 @@ void check_independents(const Tape<Base>& tape, const AD<Base>* x, std::size_t n
     refuse("ADFun: x has " + std::to_string(n_x) + " entries, Independent had " +
            std::to_string(tape.variables.size()));
   for (std::size_t i = 0; i < n_x; ++i) {
-    if (x[i].tape() == tape.serial && tape.graph[x[i].id()] == Node{Op::Input, 0, NodeId(i), kNoNode})
-      continue;
+    const bool is_node = x[i].tape() == tape.serial && !(x[i].id() & dyntape::detail::kNegated);
+    if (is_node && tape.graph[x[i].id()] == Node{Op::Input, 0, NodeId(i), kNoNode}) continue;
     refuse("ADFun: x[" + std::to_string(i) +
            "] is not the independent variable that Independent made of it: it has been assigned since");
   }
@@ -298,7 +299,7 @@ std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::siz
   set_open_tape<Base>(nullptr);
   auto recording = std::make_shared<Recording<Base>>();
   std::vector<NodeId> outputs;
-  for (std::size_t i = 0; i < n_y; ++i) outputs.push_back(tape->node(y[i]));
+  for (std::size_t i = 0; i < n_y; ++i) outputs.push_back(Arithmetic<Base>::node(*tape, y[i]));
   for (const auto& print : tape->prints) {
     recording->prints.push_back({outputs.size(), outputs.size() + 1, print.before, print.after});
     outputs.insert(outputs.end(), {print.flag, print.value});
@@ -339,8 +340,6 @@ std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Ba
   template std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Base>&,        \
                                                                          const char*);                  \
   template struct Tape<Base>;                                                                           \
-  template AD<Base> apply(Row, const AD<Base>&);                                                        \
-  template AD<Base> apply(Row, const AD<Base>&, const AD<Base>&);                                       \
   template AD<Base> apply(Row, const AD<Base>&, const AD<Base>&, const AD<Base>&);                      \
   template bool compare(Row, const AD<Base>&, const AD<Base>&, const char*, int);                       \
   template void record_guard(Row, const AD<Base>&, const AD<Base>&);                                    \
@@ -358,6 +357,14 @@ DYNTAPE_CPPAD_BASE(float)
 DYNTAPE_CPPAD_BASE(double)
 DYNTAPE_CPPAD_BASE(AD<double>)
 DYNTAPE_CPPAD_BASE(AD<AD<double>>)
+
+#define OP(name, fn, n, ...)                                                 \
+  DYNTAPE_CPPAD_APPLY_##n(name, float) DYNTAPE_CPPAD_APPLY_##n(name, double) \
+      DYNTAPE_CPPAD_APPLY_##n(name, AD<double>) DYNTAPE_CPPAD_APPLY_##n(name, AD<AD<double>>)
+#define DYNTAPE_CPPAD_APPLY_1(name, Base) template AD<Base> apply<Row::name>(AD<Base>);
+#define DYNTAPE_CPPAD_APPLY_2(name, Base) template AD<Base> apply<Row::name>(AD<Base>, AD<Base>);
+#define DYNTAPE_CPPAD_APPLY_3(name, Base) template AD<Base> apply<Row::name>(AD<Base>, AD<Base>, AD<Base>);
+#include <dyntape/autodiff/graph/ops.def>
 
 }  // namespace CppAD::inline dyntape_names::detail
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/identification/estimator.h>
 
-#include <Eigen/SVD>
-
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/factorisations.h>
 
 namespace dyntape {
 namespace {
@@ -13,7 +12,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 double condition_of(const MatrixXd& A) {
-  const VectorXd s = Eigen::JacobiSVD<MatrixXd>(A).singularValues();
+  const VectorXd s = singular_values(A).values;
   return s[0] / s[s.size() - 1];
 }
 

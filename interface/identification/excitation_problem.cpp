@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/identification/excitation_problem.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <random>
 
@@ -216,10 +215,10 @@ bool ExcitationProblem::update(const double* x) {
   displacements_ = series_.positions(times_);
   W_ = stacked_base_regressor(model_, base_, samples_) * base_.scale.cwiseInverse().asDiagonal();
   const Eigen::Index r = W_.cols();
-  R_ = Eigen::HouseholderQR<MatrixXd>(W_).matrixQR().topRows(r).triangularView<Eigen::Upper>();
+  R_ = triangular_factor(W_);
   const bool vectors = options_.criterion == ExcitationCriterion::kCondition;
-  svd_.compute(R_, vectors ? Eigen::ComputeFullV : 0);
-  const VectorXd& s = svd_.singularValues();
+  svd_ = singular_values(R_, vectors);
+  const VectorXd& s = svd_.values;
   usable_ = s.allFinite() && s[r - 1] > 1e-13 * s[0];
   if (!usable_) return false;
   condition_ = s[0] / s[r - 1];
@@ -233,8 +232,7 @@ MatrixXd ExcitationProblem::regressor_slopes() const {
   const Eigen::Index r = W_.cols();
   MatrixXd P;  // slope = W P, symmetric
   if (options_.criterion == ExcitationCriterion::kCondition) {
-    const VectorXd &s = svd_.singularValues(), first = svd_.matrixV().col(0),
-                   last = svd_.matrixV().col(r - 1);
+    const VectorXd &s = svd_.values, first = svd_.right.col(0), last = svd_.right.col(r - 1);
     P = first * first.transpose() / (s[0] * s[0]) - last * last.transpose() / (s[r - 1] * s[r - 1]);
   } else {
     MatrixXd inverse = MatrixXd::Identity(r, r);

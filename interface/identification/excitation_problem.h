@@ -7,10 +7,10 @@
 //   solve_with_ipopt(problem, problem.flat(series));
 #pragma once
 
-#include <Eigen/SVD>
 #include <vector>
 
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/control/nlp/nlp.h>
 #include <dyntape/interface/identification/excitation.h>
 
@@ -70,7 +70,7 @@ class ExcitationProblem : public Nlp {
   FourierSeries series_;
   Samples samples_;
   Eigen::MatrixXd displacements_, W_, R_;
-  Eigen::JacobiSVD<Eigen::MatrixXd> svd_;
+  SingularValues svd_;
   bool usable_ = false;
   double value_ = 0, log_det_ = 0, condition_ = 0;
 };

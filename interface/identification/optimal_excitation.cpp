@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/identification/excitation.h>
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/control/ipopt/ipopt.h>
 #include <dyntape/interface/identification/excitation_problem.h>
 
@@ -19,8 +18,7 @@ double condition(const Model<double>& model, const BaseParameters& base, const S
   const MatrixXd W = stacked_base_regressor(model, base, samples) * base.scale.cwiseInverse().asDiagonal();
   const Eigen::Index r = W.cols();
   if (W.rows() < r) return std::numeric_limits<double>::infinity();
-  const MatrixXd R = Eigen::HouseholderQR<MatrixXd>(W).matrixQR().topRows(r).triangularView<Eigen::Upper>();
-  const VectorXd s = Eigen::JacobiSVD<MatrixXd>(R).singularValues();
+  const VectorXd s = singular_values(triangular_factor(W)).values;
   return s[0] / s[r - 1];
 }
 

@@ -17,23 +17,6 @@ import python_reference
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = {'CHANGELOG.md': 'changelog.md', 'CONTRIBUTING.md': 'contributing.md', 'SECURITY.md': 'security.md'}  # beside docs/
 LINK = re.compile(r'(\]\()([^)#\s]+)((?:#[^)\s]*)?\))')
-INCLUDE = re.compile(r'^<!-- file: (\S+) -->\n', re.MULTILINE)
-
-
-def language(path):
-    return {'.py': 'python', '.cpp': 'cpp', '.h': 'cpp', '.info': 'text', '.txt': 'cmake', '.sh': 'bash'}.get(path.suffix, 'text')
-
-
-def without_licence(text):
-    return re.sub(r'\A(?:#!.*\n)?(?://|#) SPDX.*\n(?://\n|#\n|\n)?', '', text)
-
-
-def with_files(text):
-    """`<!-- file: PATH -->` becomes the text of that file of the repository."""
-    def block(match):
-        path = ROOT / match.group(1)
-        return f'```{language(path)} title="{match.group(1)}"\n{without_licence(path.read_text()).rstrip()}\n```\n'
-    return INCLUDE.sub(block, text)
 
 
 class Links:
@@ -80,7 +63,7 @@ def main():
     for source, page in pages.items():
         if page.endswith('.md'):
             (destination / page).parent.mkdir(parents=True, exist_ok=True)
-            (destination / page).write_text(with_files(links.of(source, page)))
+            (destination / page).write_text(links.of(source, page))
         else:
             copy(ROOT / source, destination / page)
     (destination / 'reference/cpp.md').write_text(cpp_reference.page())

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/control/sensitivity/quadratic_findings.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/control/sensitivity/nearest_point.h>
 
 namespace dyntape {
@@ -30,10 +29,7 @@ double norm_or_zero(const VectorXd& v) { return v.size() ? v.norm() : 0; }
 // Orthonormal columns, whose span is what M maps to zero.
 MatrixXd kernel_of(const MatrixXd& M) {
   if (M.size() == 0) return MatrixXd::Identity(M.cols(), M.cols());
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(M.transpose());
-  qr.setThreshold(kDependent);
-  const MatrixXd all = qr.householderQ();
-  return all.rightCols(all.cols() - qr.rank());
+  return orthonormal_basis(M.transpose(), kDependent).complement();
 }
 
 // Of rows of length one and orthonormal directions: rows that are rounding become zero.
@@ -53,8 +49,8 @@ NearestPoint nearest_in_cone(const VectorXd& z0, const MatrixXd& rows) {
 struct Curvature {
   explicit Curvature(const MatrixXd& H, double most) : V(MatrixXd::Zero(H.rows(), H.cols())), e(H.rows()) {
     if (H.rows() == 0) return;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H);
-    V = eigen.eigenvectors(), e = eigen.eigenvalues();
+    SymmetricEigen eigen = symmetric_eigen(H);
+    V = std::move(eigen.vectors), e = std::move(eigen.values);
     while (flat < e.size() && e[flat] <= kFlatOfUnit * most) ++flat;
   }
   auto flat_directions() const { return V.leftCols(flat); }
@@ -137,25 +133,17 @@ class QuadraticSearch {
 
   // A point where A x = b, or multipliers that prove that there is none.
   bool meet_equalities() {
-    const Eigen::CompleteOrthogonalDecomposition<MatrixXd> cod = decomposition(p_.A);
-    at_ = p_.b.size() ? VectorXd(cod.solve(p_.b)) : VectorXd::Zero(n_);
+    at_ = p_.b.size() ? least_norm_solution(p_.A, p_.b, kDependent) : VectorXd::Zero(n_);
     Z_ = kernel_of(p_.A);
     const VectorXd missed = p_.b - p_.A * at_;
     if (!(norm_or_zero(missed) > kActive * norm_or_zero(p_.b))) return true;
     return prove_infeasible(-missed, VectorXd::Zero(p_.h.size()));
   }
 
-  static Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition(const MatrixXd& M) {
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> cod(M.rows(), M.cols());
-    cod.setThreshold(kDependent);
-    if (M.size()) cod.compute(M);
-    return cod;
-  }
-
   // nu with A^T nu = -of, as far as there is one.
   VectorXd equality_multipliers(const VectorXd& of) const {
     if (p_.b.size() == 0) return VectorXd::Zero(0);
-    return decomposition(p_.A.transpose()).solve(-of);
+    return least_norm_solution(p_.A.transpose(), -of, kDependent);
   }
 
   bool prove_infeasible(const VectorXd& nu, const VectorXd& lambda) {
@@ -229,7 +217,7 @@ class QuadraticSearch {
     const MatrixXd C = C_(held_, Eigen::all);
     u_.setZero();
     if (held_.empty()) return;
-    const VectorXd of_held = decomposition(C.transpose()).solve(-(H * w_ + f_));
+    const VectorXd of_held = least_norm_solution(C.transpose(), -(H * w_ + f_), kDependent);
     u_(held_) = of_held;
   }
 
@@ -238,10 +226,10 @@ class QuadraticSearch {
     MatrixXd K = MatrixXd::Zero(n + m, n + m);
     const MatrixXd C = C_(rows, Eigen::all);
     K.topLeftCorner(n, n) = H, K.topRightCorner(n, m) = C.transpose(), K.bottomLeftCorner(m, n) = C;
-    const auto cod = decomposition(K);
     VectorXd s = stacked(w_, u_(rows)), right = stacked(-f_, d_(rows));
     if (s.size() == 0) return;
-    for (int again = 0; again < 2; ++again) s += cod.solve(right - K * s);
+    const LeastNormSolver equations(K, kDependent);
+    for (int again = 0; again < 2; ++again) s += equations.solve(right - K * s);
     const VectorXd off = right - K * s;
     if (off.norm() <= 1e-12 * (right.norm() + s.norm())) w_ = s.head(n);
   }

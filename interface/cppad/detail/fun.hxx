@@ -19,11 +19,7 @@ struct SeriesNumber<CppAD::AD<Base>> {
   using T = CppAD::AD<Base>;
   static constexpr bool kKnown = false;
   static T evaluate(Op op, const T& x, const T& y, const T& z) {
-    const auto row = static_cast<CppAD::detail::Row>(op);
-    const int n = info(op).arity;
-    return n == 1   ? CppAD::detail::apply(row, x)
-           : n == 2 ? CppAD::detail::apply(row, x, y)
-                    : CppAD::detail::apply(row, x, y, z);
+    return CppAD::detail::apply(static_cast<CppAD::detail::Row>(op), x, y, z);
   }
   static bool is_zero(const T& x) { return CppAD::plain_value(x) == 0; }
 };

@@ -6,21 +6,17 @@
 #include <cstring>
 #include <string>
 #include <unordered_map>
-#include <unordered_set>
 
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/autodiff/graph/function.h>
+#include <dyntape/autodiff/record/tape.h>
 #include <dyntape/interface/cppad/detail/recording.h>
 
 namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
-struct Tape {
-  std::uint32_t serial = 0;
-  Graph graph;
+struct Tape : dyntape::detail::Tape {
   std::vector<Kind> kinds;  // of the nodes that somebody asked for
-  std::vector<Guard> guards;
-  std::unordered_set<NodeId> guarded;
   std::vector<Base> captured;
   std::unordered_map<std::uint64_t, std::uint32_t> captured_places;  // by tape and node of the base
   struct PrintNodes {
@@ -32,10 +28,7 @@ struct Tape {
   std::vector<Base> variables, dynamics;
   Begin begin;
 
-  NodeId node(const AD<Base>& x);
   Kind kind(NodeId id);
-  void guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expected, const char* file, int line);
-  AD<Base> result(NodeId id, const Base& value);
   NodeId captured_node(const Base& value);
 };
 
@@ -44,12 +37,15 @@ std::unique_ptr<Tape<Base>>& open_tape() {
   thread_local std::unique_ptr<Tape<Base>> tape;
   return tape;
 }
-// The same at hand; null where there is none.
+// The same at hand; null if there is none.  The quick one is null for recordings of limited length too.
 template <class Base>
 constinit inline thread_local Tape<Base>* current_tape = nullptr;
 template <class Base>
+constinit inline thread_local Tape<Base>* quick_tape = nullptr;
+template <class Base>
 void set_open_tape(std::unique_ptr<Tape<Base>> tape) {
   current_tape<Base> = tape.get();
+  quick_tape<Base> = tape && tape->begin.abort_op_index == 0 ? tape.get() : nullptr;
   open_tape<Base>() = std::move(tape);
 }
 

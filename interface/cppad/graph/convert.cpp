@@ -290,9 +290,10 @@ class GraphReader {
     for (const GraphRow& row : kGraphRows) {
       if (row.graph != use.op) continue;
       const Row table = static_cast<Row>(row.op);
-      if (use.nodes.size() == 1) return nodes_.push_back(apply(table, node(use, 0)));
-      if (use.nodes.size() == 2) return nodes_.push_back(apply(table, node(use, 0), node(use, 1)));
-      return nodes_.push_back(selected(table, node(use, 0), node(use, 1), node(use, 2), node(use, 3)));
+      const S &x = node(use, 0), &y = node(use, use.nodes.size() > 1 ? 1 : 0);
+      const S value = apply(table, x, y, y);
+      return nodes_.push_back(use.nodes.size() < 4 ? value
+                                                   : apply(Row::Select, value, node(use, 2), node(use, 3)));
     }
   }
   void apply_call(const GraphUse& use) {

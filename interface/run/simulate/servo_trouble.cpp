@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/run/simulate/servo_trouble.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
-#include <unsupported/Eigen/MatrixFunctions>
 
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/io/number.h>
 
 namespace dyntape {
@@ -40,11 +39,11 @@ class SampledServo {
   };
   Growth at(double h) const {
     constexpr double kHundredfold = 4.605170185988091, kRounded = 1e-9;
-    const MatrixXd step = MatrixXd(rates_ * h).exp();
+    const MatrixXd step = matrix_exponential(rates_ * h);
     const MatrixXd closed = step.topLeftCorner(n_x_, n_x_) + step.topRightCorner(n_x_, told_.rows()) * told_;
     Growth growth;
     if (!closed.allFinite()) return {int(n_x_), HUGE_VAL};
-    for (const std::complex<double>& mode : closed.eigenvalues()) {
+    for (const std::complex<double>& mode : eigenvalues(closed)) {
       const double rate = std::log(std::abs(mode)) / h;
       const bool alternates = mode.real() < 0 && std::abs(mode) > 1 + kRounded;
       if (!alternates && !(rate * duration_ > kHundredfold)) continue;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/run/simulate/stability.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/run/simulate/servo_trouble.h>
 
@@ -62,7 +62,7 @@ bool follows_every_mode(const Scene& scene, Eigen::MatrixXd A) {
 std::string too_fast_mode(const Scene& scene, const Eigen::MatrixXd& A) {
   double longest = HUGE_VAL;
   Complex fastest = 0;
-  for (const Complex& mode : A.eigenvalues()) {
+  for (const Complex& mode : eigenvalues(A)) {
     const double step = longest_step(scene.integrator, mode);
     if (step < longest) longest = step, fastest = mode;
   }

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// An open recording, and the arithmetic of recorded values: each operation computes a value and adds a node to the graph.
+//
+//   using Record = RecordedArithmetic<Policy>;
+//   Value y = Record::apply<Op::Mul>(a, b);
+//
+// A recorded value has value(), id(), tape() (the serial number of its recording) and is_recorded(); a value that is not recorded is
+// a constant.  dyntape::AD (record.cpp) and CppAD's AD<Base> (interface/cppad/recorded.cpp) share this code.  They differ in their
+// policies:
+//
+//   Value, Base, Tape     the value, the type of its number, and the recording (derived from detail::Tape)
+//   current()             the recording whose values take the quick path, or null
+//   other(values...)      the recording of values that are not all current; null: all of them are constants
+//   outside(tape, a)      the node of a value that is not of this recording: a constant, an input, or an error
+//   is_plain(a)           whether a value that is not recorded is a plain number
+//   number(a)             its number as a double
+//   evaluate<op>(x, y, z) the operation on Base
+//   check(tape)           called after each node that does not take the quick path
+//
+// Internal.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <unordered_set>
+#include <vector>
+
+#include <dyntape/autodiff/graph/function.h>
+#include <dyntape/autodiff/graph/graph.h>
+#include <dyntape/autodiff/graph/smooth_products.h>
+
+namespace dyntape::detail {
+
+struct Tape {
+  // The graph takes the memory of this thread's last recording, and leaves it to the next one.
+  Tape();
+  ~Tape();
+  Tape(const Tape&) = delete;
+  Tape& operator=(const Tape&) = delete;
+
+  // Records that the condition has this value at the recording point; once for each condition.
+  void guard(NodeId condition, bool expected, const char* file, int line);
+
+  std::uint32_t serial;  // never 0
+  Graph graph;
+  std::vector<Guard> guards;
+  std::unordered_set<NodeId> guarded;  // the conditions of the guards
+};
+
+// The bit of id() that says that a value is the negation of its node.  Signs pass through sums, products and quotients without nodes
+// of their own.
+inline constexpr NodeId kNegated = 0x80000000u;
+static_assert(kMostNodes < kNegated);
+
+[[noreturn]] void refuse_sign_of_nan();
+
+template <class Policy>
+struct RecordedArithmetic {
+  using Value = typename Policy::Value;
+  using Base = typename Policy::Base;
+  using Tape = typename Policy::Tape;
+
+  static bool is_current(const Value& a) {
+    const Tape* const tape = Policy::current();
+    return tape && tape->serial == a.tape();
+  }
+
+  // The recording of these values, at least one of which is recorded; null: they are constants.
+  template <class... Values>
+  static Tape* tape_of(const Values&... values) {
+    return ((!values.is_recorded() || is_current(values)) && ...) ? Policy::current()
+                                                                  : Policy::other(values...);
+  }
+
+  static NodeId node(Tape& tape, const Value& a) {
+    if (!a.is_recorded() || a.tape() != tape.serial) return Policy::outside(tape, a);
+    const NodeId id = a.id() & ~kNegated;
+    return id == a.id() ? id : tape.graph.negation(id);
+  }
+
+  // The value of a node.  A node that folded to a constant gives a constant, so that comparisons of it need no guard.
+  static Value result(Tape& tape, NodeId id, const Base& value) {
+    Policy::check(tape);
+    if (tape.graph.is_constant(id)) return Value(Base(tape.graph.constant_value(id)));
+    const Node& made = tape.graph[id];
+    return {value, made.op == Op::Neg ? made.a | kNegated : id, tape.serial};
+  }
+
+  template <Op op>
+  static Value apply(Value a) {
+    if constexpr (op == Op::Neg) return a.is_recorded() ? negation(-a.value(), a) : Value(-a.value());
+    const Base value = Policy::template evaluate<op>(a.value(), a.value(), a.value());
+    if (!a.is_recorded()) return value;
+    Tape* const tape = tape_of(a);
+    if (!tape) return value;
+    return result(*tape, tape->graph.make(op, node(*tape, a)), value);
+  }
+
+  template <Op op>
+  static Value apply(Value a, Value b) {
+    if constexpr (op == Op::Copysign) {
+      if (!b.is_recorded() && std::isnan(Policy::number(b))) refuse_sign_of_nan();
+    }
+    if (!a.is_recorded() && !b.is_recorded())
+      return Policy::template evaluate<op>(a.value(), b.value(), b.value());
+    if constexpr (Graph::is_arithmetic(op)) {
+      if (!a.is_recorded()) return apply_to_constant<op, true>(a, b);
+      if (!b.is_recorded()) return apply_to_constant<op, false>(a, b);
+      if (is_current(a) && is_current(b)) {
+        Tape& tape = *Policy::current();
+        if (op == Op::Mul && share_a_root(tape.graph, a.id() & ~kNegated, b.id() & ~kNegated)) [[unlikely]]
+          return apply_by_laws<op>(a, b);
+        const Base value = Policy::template evaluate<op>(a.value(), b.value(), b.value());
+        return (a.id() | b.id()) & kNegated ? add_node_of_negations(value, op, a.id(), b.id(), tape)
+                                            : add_node(value, op, a.id(), b.id(), tape);
+      }
+    }
+    return apply_by_laws<op>(a, b);
+  }
+
+  template <Op op>
+  static Value apply(Value a, Value b, Value c) {
+    const Base value = Policy::template evaluate<op>(a.value(), b.value(), c.value());
+    if (!a.is_recorded() && !b.is_recorded() && !c.is_recorded()) return value;
+    Tape* const tape = tape_of(a, b, c);
+    if (!tape) return value;
+    const NodeId x = node(*tape, a), y = node(*tape, b), z = node(*tape, c);
+    return result(*tape, tape->graph.make(op, x, y, z), value);
+  }
+
+ private:
+  // Functions that end in one another: most operations need no call within one, and their values stay in registers.
+
+  [[gnu::noinline]] static Value negation(Base value, Value x) {
+    Tape* const tape = tape_of(x);
+    if (!tape) return value;
+    if (x.id() & kNegated || !Graph::absorbs_negation(tape->graph[x.id()].op))
+      return {value, x.id() ^ kNegated, tape->serial};
+    return result(*tape, tape->graph.negation(x.id()), value);
+  }
+
+  template <Op op>
+  [[gnu::noinline]] static Value apply_by_laws(Value a, Value b) {
+    const Base value = Policy::template evaluate<op>(a.value(), b.value(), b.value());
+    Tape* const tape = tape_of(a, b);
+    if (!tape) return value;
+    const NodeId x = node(*tape, a), y = node(*tape, b);
+    return result(*tape, tape->graph.make(op, x, y), value);
+  }
+
+  [[gnu::noinline, gnu::flatten]] static Value add_node(Base value, Op op, NodeId a, NodeId b, Tape& tape) {
+    return {value, tape.graph.make_plain(op, a, b), tape.serial};
+  }
+  // At least one is a negation.
+  [[gnu::noinline]] static Value add_node_of_negations(Base value, Op op, NodeId a, NodeId b, Tape& tape) {
+    const auto [id, is_negated] = tape.graph.make_signed(op, {a & ~kNegated, (a & kNegated) != 0},
+                                                         {b & ~kNegated, (b & kNegated) != 0});
+    return {value, is_negated ? id | kNegated : id, tape.serial};
+  }
+  template <bool left>
+  [[gnu::noinline]] static Value add_node_of_constant(Base value, Op op, double c, NodeId x, Tape& tape) {
+    const NodeId constant = tape.graph.constant(c);
+    return {value, left ? tape.graph.make_plain(op, constant, x) : tape.graph.make_plain(op, x, constant),
+            tape.serial};
+  }
+
+  // One argument is a constant.  Zeros and ones are looked at before the graph is asked: most constants of a robot are zeros and ones.
+  template <Op op, bool left>
+  [[gnu::noinline]] static Value apply_to_constant(Value a, Value b) {
+    constexpr std::uint32_t laws = info(op).laws;
+    constexpr bool absorbs = laws & (left ? kAbsorbLeft : kAbsorbRight),
+                   zero = laws & (left ? kZeroLeft : kZeroRight), one = laws & (left ? kOneLeft : kOneRight);
+    const Value& given = left ? a : b;
+    const Value& x = left ? b : a;
+    if (!is_current(x) || !Policy::is_plain(given)) return apply_by_laws<op>(a, b);
+    const double c = Policy::number(given);
+    Tape& tape = *Policy::current();
+    if (absorbs && c == 0) return Value(Base(0.0));
+    const Base value = Policy::template evaluate<op>(a.value(), b.value(), b.value());
+    if ((zero && c == 0) || (one && c == 1)) return {value, x.id(), x.tape()};
+    if ((op == Op::Sub && left && c == 0) || (op == Op::Mul && c == -1)) return negation(value, x);
+    // Other zeros and divisors have laws of their own.
+    if (c == 0 || (op == Op::Div && !left)) return apply_by_laws<op>(a, b);
+    const NodeId id = x.id() & ~kNegated;
+    if (id == x.id()) return add_node_of_constant<left>(value, op, c, id, tape);
+    if (op == Op::Mul || op == Op::Div) return add_node_of_constant<left>(value, op, -c, id, tape);
+    return apply_by_laws<op>(a, b);
+  }
+};
+
+}  // namespace dyntape::detail
