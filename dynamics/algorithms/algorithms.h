@@ -57,7 +57,7 @@ enum class ReferenceFrame {
 
 // A frame, by its index in model.frames, or on_body(i), the frame of body i.
 struct Place {
-  Place(int frame) : index(frame) {}  // implicit conversion from a frame's index
+  Place(int frame) : index(frame) {}  // NOLINT: implicit conversion from a frame's index
   int index;
   bool is_body = false;
 };

@@ -74,7 +74,7 @@ struct TouchingFunction {
       plain;
 
   template <class F>
-  TouchingFunction(F f) : recorded(f), plain(f) {}  // implicit conversion of a generic callable
+  TouchingFunction(F f) : recorded(f), plain(f) {}  // NOLINT: converts any callable
   auto operator()(const Stage<AD>& s, const dynamics::UnilateralConstraints& rigid) const {
     return recorded(s, rigid);
   }

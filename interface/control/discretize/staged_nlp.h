@@ -31,7 +31,7 @@ namespace dyntape {
 
 class StagedNlp : public Nlp {
  public:
-  StagedNlp(StagedProgram program);  // implicit conversion
+  StagedNlp(StagedProgram program);  // NOLINT: implicit conversion
 
   const StagedProgram& program() const { return program_; }
   BuildReport build() const;  // times and counts of recording and compiling
