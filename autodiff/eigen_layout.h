@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Eigen 3.4 chooses alignment and allocator by the flags of each unit.  What one unit makes another one reads and
-// frees, so all units of a program must agree; dyntape's are those of a plain build, on every processor.
+// Checks that a unit uses the Eigen layout of dyntape.  Eigen 3.4 chooses alignment and allocator by the flags of
+// each unit, and objects cross units, so all units of a program must agree.  dyntape uses those of a plain build, on
+// every processor.
 //
 //   g++ main.cpp                                              agrees
-//   target_link_libraries(main dyntape::dyntape_interface)    agrees: it brings no -march
-//   target_link_libraries(main dyntape::dyntape_native)       agrees, for the processor that dyntape was built for
-//   g++ -march=native main.cpp                                does not, where the processor has AVX: refused here
+//   target_link_libraries(main dyntape::dyntape_interface)    agrees: adds no -march
+//   target_link_libraries(main dyntape::dyntape_native)       agrees, for the processor of dyntape's build
+//   g++ -march=native main.cpp                                disagrees if the processor has AVX: refused here
 //   g++ -fsanitize=address main.cpp                           refused by the linker, unless dyntape is built so too
 //
-// Like error.h, this header depends on nothing of dyntape and is everybody's.
+// This header includes no other header of dyntape; every part may include it.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +20,7 @@ static_assert(
     "this unit's flags (-march, -mavx or EIGEN_...ALIGN...) give Eigen another layout or allocator than "
     "dyntape's, which are a plain build's: compile it without them, or link dyntape::dyntape_native");
 
-// Defined by the library under the name of the allocator that it was compiled with (eigen_layout.cpp).
+// Defined by the library under a name with its allocator (eigen_layout.cpp).
 #if EIGEN_MALLOC_ALREADY_ALIGNED
 #define DYNTAPE_ALLOCATOR_OF_EIGEN dyntape_is_not_compiled_with_Eigen_on_malloc_but_this_unit_is
 #else

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the processor can do that a unit is compiled for.
+// Macros for the processor features that a unit is compiled for.
 //
 //   #if defined(DYNTAPE_HAS_AVX)        // 256-bit registers
 //
-// dyntape_native compiles for one processor, and each level of the library for its own (tools/levels.cmake).  Both hide
-// the compiler's macros of the same name, by which Eigen would choose another layout and allocator (eigen_layout.h);
-// what they hide they name with DYNTAPE in front.
+// dyntape_native compiles for one processor, and each level of the library for its own (tools/levels.cmake).  Both
+// hide the compiler's macros of the same name, by which Eigen would choose another layout and allocator
+// (eigen_layout.h), and define macros with the prefix DYNTAPE instead.
 //
-// A vector travels between functions in registers where the processor has them, else in memory.  Types that hold
-// vectors stand in an inline namespace that says which: units for different processors then never take each
-// other's functions, and what the library lacks is reported by the linker, under a name that says what to do.
+// Vectors are passed in registers if the processor has them, else in memory.  Types that hold vectors are in an
+// inline namespace named after this choice.  So units for different processors never link each other's functions;
+// the linker reports a missing one by a name that explains the problem.
 //
-// Like error.h, this header depends on nothing and is everybody's.
+// This header includes no other header of dyntape; every part may include it.
 #pragma once
 
 #if defined(__AVX512F__) || defined(DYNTAPE__AVX512F__)
@@ -25,8 +25,8 @@
 #define DYNTAPE_HAS_FMA 1
 #endif
 
-// DYNTAPE_REGISTER: bytes of a vector register.  A vector type that is wider is an object in memory for gcc 12, stored
-// and read again between any two operations.
+// DYNTAPE_REGISTER: bytes of a vector register.  For gcc 12 a wider vector type is an object in memory, stored and
+// read again between any two operations.
 #if defined(DYNTAPE_HAS_AVX512F)
 #define DYNTAPE_REGISTER 64
 #define DYNTAPE_VECTORS vectors_of_64_bytes_as_units_linked_to_dyntape_native

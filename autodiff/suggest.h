@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// "Did you mean": the valid name nearest to a misspelt one, for the end of an error message (error.h).
+// "Did you mean": finds the valid name nearest to a misspelt one, for error messages (error.h).
 //
 //   nearest_name("toleranse", {"tolerance", "maxIterations"})   // "tolerance"
 //   suggestion("toleranse", {"tolerance", "maxIterations"})     // "; did you mean 'tolerance'?"
 //
-// Like error.h, this header depends on nothing and is everybody's.
+// This header includes no other header of dyntape; every part may include it.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace detail {
 
 inline char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-// In half edits, so that a wrong case is cheaper than a wrong letter.
+// In half edits, so that a wrong case costs less than a wrong letter.
 inline int substitution_cost(char a, char b) { return a == b ? 0 : lower(a) == lower(b) ? 1 : 2; }
 
 inline bool same_but_for_case(std::string_view a, std::string_view b) {
@@ -30,8 +30,8 @@ inline bool same_but_for_case(std::string_view a, std::string_view b) {
 
 }  // namespace detail
 
-// Insertions, deletions, substitutions and swaps of neighbours that turn a into b; letter case counts half an
-// edit (rounded up).  Optimal string alignment by dynamic programming over prefixes, three rows at a time.
+// Edit distance: insertions, deletions, substitutions and swaps of neighbours; letter case counts half an edit
+// (rounded up).  Optimal string alignment by dynamic programming over prefixes, three rows at a time.
 inline int edit_distance(std::string_view a, std::string_view b) {
   std::vector<int> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
   for (size_t j = 0; j <= b.size(); ++j) above[j] = 2 * static_cast<int>(j);
@@ -49,14 +49,13 @@ inline int edit_distance(std::string_view a, std::string_view b) {
   return (above[b.size()] + 1) / 2;
 }
 
-// The name with the smallest distance, or "" if none is close enough to be meant (a third of the length, at
-// least two edits).
+// The name with the smallest distance, or "" if the distance exceeds a third of the length and two edits.
 inline std::string nearest_name(std::string_view name, const std::vector<std::string>& valid) {
   std::string best;
   int least = std::max(2, static_cast<int>(name.size()) / 3) + 1;
   for (const std::string& candidate : valid) {
     const int distance = edit_distance(name, candidate);
-    // A two-letter name is two edits from every other: what shares no letter is never meant.
+    // A two-letter name is two edits from every other; require a common letter.
     const bool shares_letters = distance < static_cast<int>(std::max(name.size(), candidate.size()));
     const bool related = shares_letters || detail::same_but_for_case(name, candidate);
     if (related && distance < least) {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What it took to make a function, or several.
+// Times of the compilation of a function, or sums for several.
 #pragma once
 
 namespace dyntape {
 
-// Seconds that each stage took; zero for those that were not needed.
+// Seconds of each stage; zero if it was not needed.
 struct Timings {
-  double record = 0;  // of those who record: Collocation, AdFunction
+  double record = 0;  // set by callers that record: Collocation, AdFunction
   double hash = 0;    // the cache key: content hash and the compiler's identity
   double derive = 0, schedule = 0, print = 0, compile = 0;
   double load = 0;         // check, load, query
-  bool cache_hit = false;  // nothing was derived, printed or compiled; of one function
+  bool cache_hit = false;  // nothing was derived, printed or compiled; for one function
 
   Timings& operator+=(const Timings& other) {
     for (double Timings::*stage : {&Timings::record, &Timings::hash, &Timings::derive, &Timings::schedule,

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Conditions under which something contributes to a derivative, made of nodes that are or are not zero.
+// Conditions under which a term contributes to a derivative: nodes that are zero or not.  Internal to the
+// derivation.
 //
 //   Conditions all(graph);
-//   ConditionId c = all.either(all.is(a), all.is(b, false));      // a is not zero, or b is
-//   NodeId masked = all.select(c, value, zero);                 // the value where c holds, zero elsewhere
+//   ConditionId c = all.either(all.is(a), all.is(b, false));      // a is not zero, or b is zero
+//   NodeId masked = all.select(c, value, zero);                 // value if c is true, zero otherwise
 //
-// They become nodes of the graph when they are asked for as such, once each.  Internal to the derivation.
+// Each condition becomes a node of the graph once, at its first use as a node.
 #pragma once
 
 #include <cstdint>
@@ -25,19 +26,19 @@ class Conditions {
  public:
   explicit Conditions(Graph& graph) : graph_(graph) {}
 
-  // Where the node is not zero; not positive: where it is.
+  // True if the node is not zero; with positive = false, true if the node is zero.
   ConditionId is(NodeId node, bool positive = true);
   ConditionId both(ConditionId a, ConditionId b);
   ConditionId either(ConditionId a, ConditionId b);
   bool opposite(ConditionId a, ConditionId b) const;
 
-  // A node that is not zero where the condition holds.
+  // A node that is not zero if the condition is true.
   NodeId truth(ConditionId c);
-  // One value where it holds, another where it does not.
+  // The first value if the condition is true, the second otherwise.
   NodeId select(ConditionId c, NodeId value, NodeId otherwise);
 
  private:
-  // Sorted.  Larger sets are not compared: one for each of a hundred thousand sums would be quadratic.
+  // Sorted.  Larger sets are not compared: a set for each of a hundred thousand sums would take quadratic time.
   using Set = std::vector<ConditionId>;
   static constexpr std::size_t kMostParts = 64;
 
@@ -45,8 +46,8 @@ class Conditions {
   struct Row {
     Kind kind;
     std::uint32_t a = 0, b = 0;  // a node; or two conditions
-    NodeId node = kNoNode;       // once it is made
-    Set parts = {};  // of kEither: conditions of other kinds one of which holds; empty if they are many
+    NodeId node = kNoNode;       // kNoNode until the node is made
+    Set parts = {};  // of kEither: conditions of other kinds, of which one is true; empty if there are many
   };
   ConditionId find_or_add(Kind kind, std::uint32_t a, std::uint32_t b);
   ConditionId either_of_parts(ConditionId a, ConditionId b);

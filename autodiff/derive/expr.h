@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A node with operators: what derivation rules are evaluated in.  Lives inside a GraphScope only.
+// A node with operators, for the evaluation of derivation rules.  Valid only inside a GraphScope.
 //
 //   GraphScope scope(graph);
 //   Expr y = sin(Expr{x}) * Expr(2.0);
@@ -10,7 +10,7 @@
 
 namespace dyntape {
 
-// Names the graph that Expr operators append to, on this thread, until it goes out of scope.
+// Names the graph that Expr operators append to, in this thread, until the scope ends.
 class GraphScope {
  public:
   explicit GraphScope(Graph& graph) : previous_(current_) { current_ = &graph; }
@@ -56,16 +56,16 @@ struct Expr {
 inline Expr where(Expr condition, Expr v) { return v.condition = condition.id, v; }
 inline Expr unless(Expr condition, Expr v) { return v.condition = condition.id, v.positive = false, v; }
 
-// What does not move or weigh is told by conditions, not by a value of zero (flow.h).
+// Conditions say what does not move or has no weight; a value of zero does not (flow.h).
 inline Expr at_pole(Expr v, Expr slope) { return v * slope; }
 
-// Conditions of the table are comparisons spelt with operators.
+// Conditions of the table are written as comparisons with operators.
 inline Expr operator<(Expr a, Expr b) { return less(a, b); }
 inline Expr operator>(Expr a, Expr b) { return less(b, a); }
 inline Expr operator==(Expr a, Expr b) { return equal(a, b); }
 
 namespace ops {
-// No slope: no node at all, so that nothing is added to an adjoint.
+// No slope: no node, so that nothing is added to an adjoint.
 template <>
 inline Expr zero_slope<Expr>() {
   return Expr();

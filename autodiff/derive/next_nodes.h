@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Nodes that are still to be visited, the smallest first, each once.
+// A queue of nodes to visit: returns the smallest node first, each node once.
 //
 //   NextNodes next(graph.size());
 //   next.push(7), next.push(3), next.push(7);
-//   next.pop();      // 3, then 7, then it is empty
+//   next.pop();      // 3, then 7; then the queue is empty
 //
-// A bit a node, and above every 64 of them a bit that says whether one is set, up to a single word: what a priority
-// queue does with comparisons takes a few instructions, however large the graph.  Internal to the derivation.
+// Stores a bit for each node; a bit above marks each group of 64 that has a set bit, up to a single word.  An
+// operation takes a few instructions for any size of graph, less than the comparisons of a priority queue.  Internal
+// to the derivation.
 #pragma once
 
 #include <bit>
@@ -20,7 +21,7 @@ namespace dyntape {
 
 class NextNodes {
  public:
-  // Of nodes below `size`.
+  // For nodes below `size`.
   explicit NextNodes(std::size_t size) {
     do {
       size = (size + 63) / 64;
@@ -41,7 +42,7 @@ class NextNodes {
     }
   }
 
-  // The smallest, which is taken out.  There is one.
+  // Removes and returns the smallest node.  The queue must not be empty.
   NodeId pop() {
     std::size_t place = 0;
     for (std::size_t level = levels_.size(); level-- > 0;)

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Forward and reverse sweeps that append the derivative of part of a graph to that same graph.
+// Forward and reverse sweeps, which append the derivative of a part of a graph to the same graph.
 //
 //   Sweep sweep(graph);
 //   auto tangents = sweep.forward(roots, [&](std::uint32_t i) { return seed_of_variable(i); });
 //   auto adjoints = sweep.reverse(roots, seeds);
 //
-// A sweep visits only the cone of its roots.  Internal to the derivation.
+// A sweep visits only the nodes that its roots depend on.  Internal to the derivation.
 #pragma once
 
 #include <functional>
@@ -22,8 +22,8 @@
 
 namespace dyntape {
 
-// What a sweep starts from: a tangent or an adjoint, kNoNode for a structural zero.  With `alive` it contributes
-// where that is not zero only, whatever it meets on its way.
+// The start of a sweep: a tangent or an adjoint; kNoNode: a structural zero.  With `alive`, the seed contributes
+// only where `alive` is not zero, for any values on its way.
 struct Seed {
   NodeId value = kNoNode;
   NodeId alive = kNoNode;
@@ -33,33 +33,34 @@ struct Seed {
 
 class Sweep {
  public:
-  // Of a callee the variables may be what a pole of its caller makes of them.
+  // Variables of a callee may take the values that a pole of the caller gives.
   enum class Variables { kFinite, kAny };
   static constexpr std::size_t kMostNodes = std::size_t{1} << 27;  // 3 GB
 
-  // Sweeps the nodes that exist now; what it appends is not swept again by the same object.  RecordingError where
-  // that would be more than `most` nodes: a dense Jacobian grows with rows times columns times what an entry takes.
+  // Sweeps the nodes that exist now; later sweeps of this object do not visit appended nodes.  RecordingError: more
+  // than `most` nodes would be appended.  A dense Jacobian grows with rows times columns times the nodes of an
+  // entry.
   explicit Sweep(Graph& graph, Variables variables = Variables::kFinite, std::size_t most = kMostNodes);
 
-  // Tangents of the roots, given those of the variables; kNoNode stands for a structural zero.
+  // Tangents of the roots, from the tangents of the variables; kNoNode: a structural zero.
   std::vector<NodeId> forward(const std::vector<NodeId>& roots,
                               const std::function<Seed(std::uint32_t)>& seed);
-  // A root that several have begun to watch is watched until all have ended it.
+  // A root that several callers watch is watched until each of them ends the watch.
   void watch(NodeId root);
   void unwatch(NodeId root);
-  // Tangents of roots that are watched where the tangent of one variable is 1 and those of the others are 0.
+  // Tangents of the watched roots, with tangent 1 for one variable and 0 for the others.
   std::vector<NodeId> forward(const std::vector<NodeId>& roots, std::uint32_t variable);
 
-  // Adjoints of the variables that the roots depend on, (index, node), given those of the roots.
+  // Adjoints (index, node) of the variables that the roots depend on, from the adjoints of the roots.
   std::vector<std::pair<std::uint32_t, NodeId>> reverse(const std::vector<NodeId>& roots,
                                                         const std::vector<Seed>& seeds);
 
-  // How many nodes a sweep forward from a variable, or in reverse from a root, visits; counted up to `most`.
+  // The number of nodes that a sweep visits, forward from a variable or in reverse from a root; counts up to `most`.
   std::size_t count_forward(std::uint32_t variable, std::size_t most);
   std::size_t count_reverse(NodeId root, std::size_t most);
 
  private:
-  // Arguments of a derivative callee, and which of the seeds are there.
+  // Arguments of a derivative callee, and the seeds that exist.
   struct CallSeeds {
     std::vector<NodeId> arguments;
     Seeds kinds;
@@ -94,16 +95,17 @@ class Sweep {
   std::vector<Flow> adjoint_;
   std::vector<std::uint32_t> mark_;
   std::uint32_t epoch_ = 0;
-  NextNodes next_;                      // of a sweep forward from one variable
-  std::vector<std::uint8_t> active_;    // whether the node depends on variables
-  std::vector<std::uint8_t> wild_;      // whether it may be infinite though no variable is
-  std::vector<NodeId> variables_;       // the node of each; kNoNode: there is none
-  std::vector<std::uint32_t> watched_;  // ways from the node to roots that are watched, its own included
+  NextNodes next_;                    // of a sweep forward from one variable
+  std::vector<std::uint8_t> active_;  // whether the node depends on variables
+  std::vector<std::uint8_t> wild_;    // whether the node may be infinite although no variable is
+  std::vector<NodeId> variables_;     // the node of each variable; kNoNode: none
+  std::vector<std::uint32_t>
+      watched_;  // numbers of ways from the node to watched roots, including the node itself
   // users_[first_user_[id]] and on: those by for_each_way_down
   std::vector<std::uint32_t> first_user_, users_;
   std::vector<std::vector<Flow>> call_tangents_;          // of the results of call number i
-  std::vector<std::vector<Flow>> call_adjoints_;          // collected so far, of call number i
-  std::map<const Callee*, std::set<Seeds>> ways_called_;  // those that have a derivative of their own
+  std::vector<std::vector<Flow>> call_adjoints_;          // the sums so far, of call number i
+  std::map<const Callee*, std::set<Seeds>> ways_called_;  // callees with given derivatives
 };
 
 }  // namespace dyntape

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Runs a program on N points side by side.  Internal to the interpreter.
+// Runs a program on N points in SIMD lanes.  Internal to the interpreter.
 //
-//   std::vector<LaneRoom<8>> rooms(programs.begin(), programs.end());    one of each program
+//   std::vector<LaneRoom<8>> rooms(programs.begin(), programs.end());    one per program
 //   run<8>(functions, programs, which, inputs, outputs, rooms, lanes, status);
 //
-// Values lie lane beside lane, slot after slot.  What an operation costs beyond its arithmetic (to find out
-// what it is and where its arguments are) is shared by the lanes, and the arithmetic is a loop of N turns that
-// the compiler turns into vector instructions.  Elementary functions are the C library's, lane by lane, or the
-// portable ones: either way a lane has the bits of one point alone.
+// Values of the lanes are contiguous in each slot.  The lanes share the overhead of an operation (dispatch,
+// addresses).  The arithmetic is a loop of N iterations, which the compiler vectorises.  Elementary functions are
+// the C library's, lane by lane, or the portable ones; in both cases a lane has the bits of a single point.
 #pragma once
 
 #include <cstddef>
@@ -22,22 +21,22 @@ namespace dyntape::detail {
 
 inline constexpr int kLanes = 8;
 
-// Where the entries of the lanes are: entry i of lane l at data[i * entry + l * lane].
+// Addresses of the lanes' entries: entry i of lane l is at data[i * entry + l * lane].
 template <class T>
 struct LaneView {
   T* data;
   std::size_t entry, lane;
 };
 
-// A program, and the number of the program that each of its callees is; kKernel: a kernel written by hand.
+// A program, and the program numbers of its callees; kKernel: a hand-written kernel.
 struct LinkedProgram {
   static constexpr std::size_t kKernel = SIZE_MAX;
   Program program;
   std::vector<std::size_t> callees;
-  std::size_t call_space = 0;  // most arguments and results that a call has
+  std::size_t call_space = 0;  // largest number of arguments and results of a call
 };
 
-// Working memory of one program for N lanes: values, what a call takes and gives, and that of one lane.
+// Working memory of one program for N lanes: values, arguments and results of calls, and memory for a single lane.
 template <int N>
 struct LaneRoom {
   struct alignas(8 * N) Lanes {
@@ -48,8 +47,8 @@ struct LaneRoom {
   std::vector<double> one;
 };
 
-// `inputs`: x, p, w.  All N lanes are computed; the first `lanes` are stored, and status[l] is 1 + the first
-// guard that lane l violates, or 0.
+// `inputs`: x, p, w.  All N lanes are computed; the first `lanes` are stored.  status[l] is 1 + the first guard that
+// lane l violates, or 0.
 template <int N>
 void run(Functions functions, const std::vector<LinkedProgram>& programs, std::size_t which,
          const LaneView<const double>* inputs, const LaneView<double>& outputs,

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A view of doubles, for arguments: takes a std::vector, std::array, std::span or Eigen vector without a copy, or a list in braces.
+// A view of doubles, for arguments.  Takes a std::vector, std::array, std::span or Eigen vector without a copy, or a
+// list in braces.
 //
 //   std::vector<double> y = evaluate(f, q, {0.5, 0, 0.5});      // q: Eigen::VectorXd
 //
-// The view is valid as long as the numbers that it refers to; a list in braces is valid until the end of the statement.
+// The view is valid as long as the numbers; a list in braces is valid until the end of the statement.
 //
-// ArgumentError: the entries of an Eigen vector are not adjacent in memory, as in a row of a matrix; copy it with .eval().
+// ArgumentError: the entries of an Eigen vector are not adjacent in memory, as in a row of a matrix.  Copy such a
+// vector with .eval().
 #pragma once
 
 #include <concepts>

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A function laid out for the interpreter: which operations, in which order, on which slots of memory.
+// A function compiled for the interpreter: operations, their order and memory slots.
 //
 //   Program program(function);
-//   for (const Program::Run& run : program.runs()) ...        run.count times the same operation: one decision
+//   for (const Program::Run& run : program.runs()) ...        run.count equal operations: one dispatch
 //
-// Only what outputs and guards need is there.  A slot is used again once its value is not needed any more, so
-// that values stay in the nearest cache; constants keep theirs from one evaluation to the next.
+// It contains only the nodes that outputs and guards need.  A slot is reused when its value is no longer needed, so
+// values stay in the first-level cache; constants stay between evaluations.
 //
-// Operations of one kind are gathered into runs.  To look for company all over the graph would keep many
-// values alive, so that is done within windows of two thousand.  The order changes no bit.
+// Equal operators are grouped into runs, within windows of two thousand nodes, since grouping over the whole graph
+// would keep many values alive.  The order does not change bits.
 //
 // Internal to the interpreter (interpret.h).
 #pragma once
@@ -26,11 +26,11 @@ class Program {
   using Word = std::uint32_t;
   static constexpr Word kNoSlot = 0xffffffffu;
 
-  // What a run does, and the words that each of its steps has in code().
+  // The kind of a run, and the words of each of its steps in code().
   enum class Kind : std::uint8_t {
     kLoad,     // slot, block, index: an input
     kCompute,  // slot of the result, slots of the arguments
-    kCall,     // callee, slots of its arguments, slots of its results (kNoSlot: nobody needs it)
+    kCall,     // callee, slots of its arguments, slots of its results (kNoSlot: unused)
     kStore,    // output, slot
     kCheck,    // guard, slot
   };
@@ -40,7 +40,7 @@ class Program {
     Word count;
   };
 
-  // The function has been checked (function.h).  Every load comes before every store.
+  // `function` must be checked (function.h).  All loads come before all stores.
   explicit Program(const Function& function);
 
   const std::vector<Run>& runs() const { return runs_; }
@@ -49,7 +49,7 @@ class Program {
   // The values of the first slots.
   const std::vector<double>& constants() const { return constants_; }
   const std::vector<std::shared_ptr<const Callee>>& callees() const { return callees_; }
-  const std::vector<std::uint8_t>& expected() const { return expected_; }  // truth of guard i
+  const std::vector<std::uint8_t>& expected() const { return expected_; }  // expected truth of guard i
 
  private:
   friend class ProgramLayout;

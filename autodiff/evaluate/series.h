@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Truncated power series as a number type: arithmetic of Taylor coefficients of any order, by the rules of ops.def.
+// Truncated power series as a number type: Taylor coefficients of any order, by the rules of ops.def.
 //
 //   using S = Series<double>;
-//   S t = S::of({2.0, 1.0, 0.0, 0.0});       // 2 + t, to order 3
+//   S t = S::of({2.0, 1.0, 0.0, 0.0});       // 2 + t, up to order 3
 //   S y = sin(t) / t;
 //   y[2]                                     // a Taylor coefficient: the second derivative over 2
 //
-// There is no rule of an operator here: the value is that of the table, and the coefficients of higher order follow from the slopes of
-// the table, k y_k being coefficient k - 1 of the slope series times dx/dt. A new row has series of any order at once.  Four rows that
-// stand in inner loops (Mul, Div, Exp, Sqrt) have the usual recurrences besides.
+// No operator has a rule here.  The value is that of the table; higher coefficients follow from the slopes of the
+// table: k y_k is coefficient k - 1 of the slope series times dx/dt.  A new row of the table has series of any order
+// without further code.  Four rows of inner loops (Mul, Div, Exp, Sqrt) use the usual recurrences.
 //
-// A series of one coefficient is a constant, all others of it being zero by structure: what a constant meets is never 0 * inf. A
-// series of none is nothing at all: it adds nothing and what it multiplies is nothing. So the branch that a select does not take,
-// what does not move and what has no weight contribute exactly zero, as in derived graphs (Poles, in ops.def).
+// A series of one coefficient is a constant: its other coefficients are zero by structure, so 0 * inf does not
+// occur.  A series without coefficients is "nothing": adding it changes nothing, and a product with it is nothing.
+// Therefore branches of a select that are not taken, values that do not move and values without weight contribute
+// exactly zero, as in derived graphs (Poles, in ops.def).
 //
-// T is a float, or a type for which SeriesNumber is specialised: coefficients that are recorded themselves.
+// T is a float, or a type with a specialisation of SeriesNumber, such as a recorded coefficient.
 #pragma once
 
 #include <algorithm>
@@ -27,10 +28,10 @@
 
 namespace dyntape {
 
-// What a coefficient can do besides + - * /.
+// The operations of a coefficient besides + - * /.
 template <class T>
 struct SeriesNumber {
-  // Whether conditions have an answer: recorded ones have none yet.
+  // Whether conditions have a value now; recorded conditions do not.
   static constexpr bool kKnown = true;
   static T evaluate(Op op, const T& x, const T& y, const T& z) { return dyntape::evaluate<T>(op, x, y, z); }
   static bool is_zero(const T& x) { return x == T(0); }
@@ -78,9 +79,9 @@ class Series {
   bool moves() const { return size_ > 1; }
   const T& operator[](std::size_t k) const { return data()[k]; }
   T& operator[](std::size_t k) { return data()[k]; }
-  // Coefficient k; zero beyond the end.
+  // Coefficient k; zero after the last coefficient.
   T at(std::size_t k) const { return k < size_ ? data()[k] : T(0); }
-  // What a resize makes room for has no values yet.
+  // resize() leaves new coefficients without values.
   void resize(std::size_t size) {
     if (size > kFew && (size > room_ || !more_)) more_ = std::make_unique<T[]>(size), room_ = size;
     size_ = size;
@@ -93,12 +94,12 @@ class Series {
     return s;
   }
 
-  // Of an adjoint whose coefficients are recorded and may turn out zero: it then outweighs infinities.
+  // Marks an adjoint with recorded coefficients that may turn out zero: a zero then outweighs infinities.
   bool is_gated() const { return gated_; }
   Series&& gated(bool yes = true) && { return gated_ = yes, std::move(*this); }
 
  private:
-  static constexpr std::size_t kFew = 3;  // orders 0 to 2 without memory of their own
+  static constexpr std::size_t kFew = 3;  // orders 0 to 2 need no memory from the heap
 
   const T* data() const { return size_ > kFew ? more_.get() : few_; }
   T* data() { return size_ > kFew ? more_.get() : few_; }
@@ -109,11 +110,11 @@ class Series {
   std::unique_ptr<T[]> more_;
 };
 
-// The series of an operator; arguments beyond its arity are ignored.
+// Applies an operator; ignores arguments beyond its arity.
 template <class T>
 Series<T> evaluate_series(Op op, const Series<T>& x, const Series<T>& y, const Series<T>& z);
 
-// Functions of the table by name, as its cells are written.
+// Functions of the table by name, as the cells of the table call them.
 #define OP(name, fn, n, ...) DYNTAPE_SERIES_##n(name, fn)
 #define DYNTAPE_SERIES_1(name, fn)             \
   template <class T>                           \

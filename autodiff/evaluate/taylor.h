@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A recorded function in truncated power series, forwards and in reverse, to any order.
+// Evaluates a recorded function in truncated power series, forward and in reverse, to any order.
 //
 //   Taylor<double> run(f);
-//   run.forward({Series<double>::of({x, dx, 0})});             // x(t) = x + dx t: y(t) to the order 2
+//   run.forward({Series<double>::of({x, dx, 0})});             // x(t) = x + dx t: y(t) up to order 2
 //   run.output(0)[2]                                            // half of the second derivative of y along dx
-//   const auto X = run.reverse({Series<double>::of({1})});      // of y's highest coefficient, by those of x: X[j].at(q - k) by x_j^(k)
+//   const auto X = run.reverse({Series<double>::of({1})});      // slopes of y's highest coefficient: X[j].at(q - k) by x_j^(k)
 //
-// Reverse takes for each output an adjoint series: coefficient j is the weight of the output's coefficient q - j, q being the
-// highest order; so is what it returns.  In this order the adjoint of an argument is the slope of the table times the adjoint
-// of the result, as series: the same cells serve both directions.
+// reverse() takes an adjoint series for each output: coefficient j is the weight of the output's coefficient q - j,
+// with q the highest order.  Its results have the same form.  In this order, the adjoint of an argument is the slope
+// of the table times the adjoint of the result, as series; the same cells of the table serve both directions.
 //
-// Calls of recorded functions are followed; kernels are asked for through `kernels`, ArgumentError without.
+// Follows calls of recorded functions.  Calls of kernels need `kernels`; ArgumentError without.
 #pragma once
 
 #include <cstdint>
@@ -25,14 +25,14 @@
 
 namespace dyntape {
 
-// What a call of a kernel is in series.
+// A call of a kernel, in series.
 template <class T>
 class SeriesKernel {
  public:
   using Many = std::vector<Series<T>>;
   virtual ~SeriesKernel() = default;
   virtual Many forward(const Many& in) const = 0;
-  // Adjoints of `in` from those of `out`, both from the highest order down.
+  // Adjoints of `in` from the adjoints of `out`, both from the highest order down.
   virtual Many reverse(const Many& in, const Many& out, const Many& adjoints) const = 0;
 };
 
@@ -46,16 +46,17 @@ class Taylor {
 
   explicit Taylor(std::shared_ptr<const Function> function, SeriesKernels<T> kernels = {});
 
-  // Variables, parameters and weights; a series of one coefficient does not move.
+  // Variables, parameters and weights; a series of one coefficient is a constant.
   void forward(const Many& x, const Many& p = {}, const Many& w = {});
   const Series<T>& operator[](NodeId id) const { return values_[id]; }
   const Series<T>& output(std::size_t i) const { return values_[function_->outputs[i]]; }
-  // The number of the recorded branches that the values do not take; their index from `first` on, or SIZE_MAX.
+  // The number of recorded branches that the values leave; index of the first such branch from `first` on, or
+  // SIZE_MAX.
   std::size_t violated_guards() const;
   std::size_t violated_guard(std::size_t first) const;
 
-  // Of the last forward(); adjoints of the variables. What nothing depends on is nothing.  Kernels are asked for the lowest `orders`
-  // coefficients only.
+  // Adjoints of the variables at the point of the last forward(); a variable that no output depends on gets
+  // "nothing".  Kernels compute only the lowest `orders` coefficients.
   Many reverse(const Many& adjoints, std::size_t orders = SIZE_MAX) const;
 
  private:
@@ -72,9 +73,9 @@ class Taylor {
   std::shared_ptr<const Function> function_;
   SeriesKernels<T> kernels_;
   Many values_;
-  bool moves_ = false;         // whether some input does
+  bool moves_ = false;         // whether some input is not constant
   std::vector<Many> results_;  // of call number i
-  mutable Many adjoints_;      // memory of reverse(), for the next one
+  mutable Many adjoints_;      // memory of reverse(), reused
   mutable std::vector<T> numbers_;
   mutable std::vector<std::uint8_t> is_met_;
 };

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Functions of <cmath> that are made of rows of ops.def, for the recording scalar, packs and jets, which give them
-// the names of <cmath>.
+// Functions of <cmath> that are composed of rows of ops.def, for the recording scalar, packs and jets.
 //
-//   fdim(x, y)       x - y where x > y, else 0; NaN where one is.  The slope at a tie is 0
-//   hypot(x, y, z)   the length of a vector of three, without overflow on the way; infinite where an argument is.
-//                    At the origin value and slopes are 0.  Second derivatives are right on the axes, where those of
-//                    hypot(hypot(x, y), z) are not: it has no curvature at x = y = 0
+//   fdim(x, y)       x - y if x > y, else 0; NaN if an argument is NaN.  The slope at a tie is 0
+//   hypot(x, y, z)   the norm of three numbers without intermediate overflow; infinite if an argument is infinite.
+//                    At the origin value and slopes are 0.  Second derivatives are correct on the axes; those of
+//                    hypot(hypot(x, y), z) are not, since it has no curvature at x = y = 0
 #pragma once
 
 #include <limits>
@@ -18,7 +17,7 @@ T positive_difference(const T& x, const T& y) {
   return select(x <= y, T(0), x - y);
 }
 
-// sqrt(x^2 + y^2 + z^2) in units that are powers of two and change no digit.
+// sqrt(x^2 + y^2 + z^2), scaled by powers of two, which change no digit.
 template <class T>
 T length_of_three(const T& x, const T& y, const T& z) {
   const T a = abs(x), b = abs(y), c = abs(z), largest = max(max(a, b), c);

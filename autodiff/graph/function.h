@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A recorded function: a graph, which of its nodes are the outputs, and what the inputs are called.
+// A recorded function: a graph, its output nodes, and the names of its inputs and outputs.
 //
 //   Function f = record("norm", 3, [](const VectorXad& x) { return VectorXad::Constant(1, x.norm()); });
 //   evaluate(f, {1, 2, 2})         -> {3}                                                  interpret.h
 //   derive(f, Order::kSecond)      value, Jacobian and Hessian as one function             derive.h
-//   to_text(f)                     one line a node                                         dump.h
+//   to_text(f)                     one line per node                                       dump.h
 //
-// A Function is a value: stages take it const and return a new one.
+// A Function is a value: stages take a const Function and return a new one.
 #pragma once
 
 #include <array>
@@ -20,8 +20,8 @@
 
 namespace dyntape {
 
-// A branch that the recorded code took: `condition` was non-zero (expected) or zero when it was recorded.  An
-// evaluation in which it comes out otherwise has left the recording and reports the guard's place.
+// A branch of the recorded code: `condition` was nonzero (expected) or zero in the recording.  If it differs in an
+// evaluation, the evaluation is invalid and reports the guard's position.
 struct Guard {
   NodeId condition;
   bool expected;
@@ -35,8 +35,9 @@ struct Function {
   Graph graph;
   std::vector<NodeId> outputs;
   std::vector<Guard> guards;
-  std::array<std::vector<std::string>, kBlocks> input_names;  // empty, or one a variable / parameter / weight
-  std::vector<std::string> output_names;                      // empty, or one an output
+  std::array<std::vector<std::string>, kBlocks>
+      input_names;                        // empty, or one per variable / parameter / weight
+  std::vector<std::string> output_names;  // empty, or one per output
 
   std::size_t n_x() const { return inputs[0]; }
   std::size_t n_p() const { return inputs[1]; }
@@ -44,56 +45,56 @@ struct Function {
   std::size_t n_y() const { return outputs.size(); }
 };
 
-// The same function with unreachable nodes left out, in canonical order: nodes renumbered as they are met.
-// Throws RecordingError where check() finds the graph broken.
+// Removes unreachable nodes and renumbers the rest in canonical order.  RecordingError if check() finds the graph
+// invalid.
 Function compact(const Function& function);
 
-// Calls of callees that dissolve (callee.h) replaced by the statements of these.
+// Replaces calls of callees that dissolve (callee.h) by their statements.
 Function dissolved(const Function& function);
 
-// What outputs and guards need of a sound graph, as a function without a name and without numbers of inputs.
+// The outputs and guards with their part of the graph, without name and without numbers of inputs.
 Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const std::vector<Guard>& guards);
 
-// Throws RecordingError, naming the node, unless every argument precedes its user, every index is in range
-// and every output exists.
+// Throws RecordingError, naming the node, unless every argument precedes its user, every index is in range and every
+// output exists.
 void check(const Function& function);
 
-// 128-bit hash, 32 hexadecimal digits, of what the function computes: its live operations in canonical order,
-// constants bit for bit, sizes, guards and callees.  Names are labels and do not enter.
+// 128-bit hash, 32 hexadecimal digits, of the function's computation: live operations in canonical order, constants
+// bit for bit, sizes, guards and callees.  Names are not included.
 std::string content_hash(const Function& function);
 
-// The same of all that derive() finds up to that order: also of what callees bring along and does not follow from their
-// values (callee.h): derivatives, patterns, operations, and whether they dissolve.  Derivatives that somebody gives are
-// made to be hashed, those that are needed.
+// Includes the results of derive() up to that order: also the parts of callees that do not follow from their values
+// (callee.h), i.e. given derivatives, patterns, operations, and whether they dissolve.  Given derivatives are made
+// for hashing, if needed.
 std::string content_hash(const Function& function, int derivatives);
 
-// The function with some inputs of a block replaced by constants (partial evaluation, simplified again).  The
-// others keep their places; a block that is bound as a whole is empty afterwards.
+// Replaces some inputs of a block by constants and simplifies (partial evaluation).  Other inputs keep their
+// indices; a block with all inputs replaced becomes empty.
 struct Binding {
   std::size_t index;
   double value;
 };
 Function bind(const Function& function, Block block, const std::vector<Binding>& bindings);
 
-// The function with all weights, and then all parameters, turned into further variables:
-// x' = (x, w, p).  What is now a variable is differentiated.  A weight of zero is then a number like others: it may
-// meet an infinity, and what it meets is its slope (the gates that derivation made are open).
+// Turns all weights, then all parameters, into variables: x' = (x, w, p).  These variables are differentiated.  A
+// weight of zero is then an ordinary number: its product with an infinity is NaN, since the gates of the derivation
+// are open.
 Function all_as_variables(const Function& function);
 
-// The same with the gates as they are, for a callee that is told by other arguments which weights are there.
+// The same with closed gates, for a callee whose other arguments say which weights are present.
 Function weights_as_variables(const Function& function);
 
-// The function with the given outputs only, in that order.
+// The function with the given outputs only, in this order.
 Function select_outputs(const Function& function, const std::vector<std::size_t>& outputs);
 
-// Live operations by kind, inputs and constants left out: {"Add": 12, "Mul": 20, ...}, in table order.  Each call
-// counts as one, and with it what is done in the callee.
+// Live operations by kind, without inputs and constants: {"Add": 12, "Mul": 20, ...}, in table order.  A call counts
+// as one, plus the operations in the callee.
 std::vector<OperationCount> count_operations(const Function& function);
 std::size_t total_operations(const Function& function);
 std::vector<OperationCount> count_operations(const Callee& callee);  // of one call
 
-// Copies the part of `source` that `roots` need into `target`, with inputs replaced by `input(block, index)`.
-// Returns the images of the roots.
+// Copies the part of `source` that `roots` need into `target`; input(block, index) replaces inputs.  Returns the
+// images of the roots.
 std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
                            const std::function<NodeId(Block, std::uint32_t)>& input);
 

@@ -1,32 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The tape is the graph: an append-only array of small nodes whose index order is a topological order.
+// The tape: an append-only array of small nodes in topological order.  record() (record.h) makes it from C++ code.
 //
 //   Graph g;
 //   NodeId x = g.input(Block::kVariables, 0);
 //   NodeId y = g.make(Op::Mul, g.make(Op::Sin, x), g.constant(2.0));     // 2 sin(x)
-//   g.make(Op::Mul, g.constant(2.0), g.make(Op::Sin, x)) == y            // hash-consed: nothing is added
+//   g.make(Op::Mul, g.constant(2.0), g.make(Op::Sin, x)) == y            // hash-consed: no new node
 //
-// Every sweep over it is a `for` loop, forwards or backwards: an argument always precedes its user.  make()
-// simplifies as it builds, with rewrites that are exact for finite values up to the sign of zero; a
-// *constant* zero or one is structural (x * 0 is 0, as in CppAD), an input that happens to be zero never
-// folds.  Only who asks for the sign of a zero can tell the difference: copysign(1, y), atan2(y, -1), 1 / y.
+// An argument always precedes its user, so every sweep is a `for` loop, forwards or backwards.  make() simplifies
+// with rewrites that are exact for finite values up to the sign of zero.  A *constant* zero or one is structural (x
+// * 0 is 0, as in CppAD); an input that happens to be zero is never folded.  Only functions of the sign of a zero
+// can show a difference: copysign(1, y), atan2(y, -1), 1 / y.
 //
-// The rewrites that move it, each where what it makes is zero:
+// Rewrites that may change the sign of a zero result:
 //   x + 0, 0 + x, x - (-0)      -> x           -0 stays -0
 //   0 - x                       -> -x          -0 for 0
-//   0 * x, 0 / x                -> 0           whatever the sign of x is
+//   0 * x, 0 / x                -> 0           for any sign of x
 //   -(x - y)                    -> y - x       0 for -0 where x = y
 //   (-x) + (-y), (-x) - y       -> -(x + y)    -0 for 0 where x = -y
-//   -(x y + z) rounded once     -> -x y - z    0 for -0 where x y = -z; so with the signs of the product and of z
+//   -(x y + z) rounded once     -> -x y - z    0 for -0 where x y = -z; likewise with the signs of the product and of z
 //   fma(x, y, 0), fma(0, y, z)  -> x y, z      as for sums and products; 0 - x y -> -(x y) likewise
-//   azmul(0, y)                 -> 0           as a product
+//   azmul(0, y)                 -> 0           as for a product
 //   sign(-x)                    -> -sign(x)    -0 for 0 at zero
-// Not to the last bit: sqrt(a)^2 is a where a >= 0 by construction, hypot(x, y)^2 is x x + y y; both have slopes at 0.
-// The sign of a NaN is nobody's: which of two NaN goes on is the compiler's choice, and copysign(1, NaN) may be either.
+// Not exact to the last bit: sqrt(a)^2 is a if a >= 0 by construction, and hypot(x, y)^2 is x x + y y; both have
+// slopes at 0.  The sign of a NaN is undefined: the compiler chooses which of two NaN is the result, and copysign(1,
+// NaN) may be either.
 //
-// To add an operator: one row in ops.def.  Nodes are made by record() (record.h) and by the derivation
-// (derive.h); graphs are read by the interpreter (interpret.h) and the C printer (codegen/print/print_c.h).
+// To add an operator, add one row to ops.def.  record() (record.h) and derivation (derive.h) make nodes; the
+// interpreter (interpret.h) and the C printer (codegen/print/print_c.h) read them.
 #pragma once
 
 #include <algorithm>
@@ -42,35 +43,37 @@
 
 namespace dyntape {
 
-// The named blocks of inputs.  Derivatives are taken with respect to variables; parameters are values that
-// change between evaluations and are never differentiated; weights are what a derived function takes besides
-// (adjoint weights of vjp and Hessian, directions of jvp).
+// The blocks of inputs.  Variables are differentiated.  Parameters change between evaluations and are never
+// differentiated.  Weights are the additional inputs of a derivative: adjoint weights of vjp and Hessian, directions
+// of jvp.
 enum class Block : std::uint8_t { kVariables, kParameters, kWeights };
 inline constexpr int kBlocks = 3;
 
 struct Node {
   Op op;
-  NodeId a = kNoNode, b = kNoNode, c = kNoNode;  // arguments, or as Op says for the structural kinds
+  NodeId a = kNoNode, b = kNoNode, c = kNoNode;  // arguments; for structural kinds see Op
 
   NodeId argument(int i) const { return i == 0 ? a : i == 1 ? b : c; }
   bool operator==(const Node&) const = default;
 };
 
-struct Callee;  // callee.h: what a Call node calls
+struct Callee;  // callee.h: the target of a Call node
 
 class Graph {
  public:
-  // --- building: each returns the node that has this value, old or new ---
+  // --- building: each returns the node with this value, existing or new ---
   NodeId constant(double value);
   NodeId input(Block block, std::uint32_t index);
   NodeId make(Op op, NodeId a, NodeId b = kNoNode, NodeId c = kNoNode);
   NodeId negation(NodeId a);  // make(Op::Neg, a)
-  // Whether the negation of such a node is one of its kind: -(x - y), -fma(x, y, z).
+  // Returns true if the negation of such a node has the same kind: -(x - y), -fma(x, y, z).
   static constexpr bool absorbs_negation(Op op) { return op == Op::Sub || is_fused(op); }
-  static constexpr bool is_fused(Op op) { return op >= Op::Fma && op <= Op::Fnms; }  // a product rounded once
-  // make() for + - * / where no law applies: of plain arguments, which are neither negations nor zeros, ones and the like.
+  static constexpr bool is_fused(Op op) {
+    return op >= Op::Fma && op <= Op::Fnms;
+  }  // a product with sum, rounded once
+  // make() for + - * / without laws: the arguments are not negations, zeros, ones or the like.
   NodeId make_plain(Op op, NodeId a, NodeId b);
-  // + - * / of plain arguments that are not constants, each as it is or negated; negations move outwards.
+  // + - * / of arguments that are not constants, each with a sign; negations move outwards.
   struct Signed {
     NodeId node;
     bool is_negated;
@@ -79,7 +82,7 @@ class Graph {
   static constexpr bool is_arithmetic(Op op) {
     return op == Op::Add || op == Op::Sub || op == Op::Mul || op == Op::Div;
   }
-  // Results of one call of a recorded function or kernel, (callee->n_out) nodes.
+  // The results of one call of a recorded function or kernel, (callee->n_out) nodes.
   std::vector<NodeId> call(const std::shared_ptr<const Callee>& callee, const std::vector<NodeId>& arguments);
 
   // --- reading ---
@@ -96,17 +99,17 @@ class Graph {
   double constant_value(NodeId id) const { return constants_[nodes_[id].a]; }
   bool is_constant(NodeId id, double value) const { return is_constant(id) && constant_value(id) == value; }
 
-  // Visits the arguments of a node, whatever its kind.
+  // Visits the arguments of a node of any kind.
   template <class Visit>
   void for_each_argument(NodeId id, Visit&& visit) const;
 
-  // A copy of the nodes that `keep` marks (one flag a node, n_kept are 1; arguments of marked nodes are marked), in
-  // the same order; image[id] is the copy of id, or kNoNode.
+  // Copies the nodes marked in `keep` (one flag per node; n_kept are 1; arguments of marked nodes must be marked) in
+  // the same order.  image[id] is the copy of id, or kNoNode.
   Graph extract(const std::vector<std::uint8_t>& keep, std::size_t n_kept, std::vector<NodeId>& image) const;
 
-  // Memory held, in bytes.
+  // Memory in bytes.
   std::size_t bytes() const;
-  // Empties it and keeps the memory, for what is built next.
+  // Empties the graph and keeps the memory for the next one.
   void clear();
 
  private:
@@ -114,31 +117,32 @@ class Graph {
   NodeId append(Op op, NodeId a, NodeId b, NodeId c);
   NodeId intern(Op op, NodeId a, NodeId b, NodeId c, NodeId newest_argument);
   NodeId add_constant(double value);
-  NodeId intern_by_key(const Node& node);  // without arguments, or where the list of the newest one is full
+  NodeId intern_by_key(
+      const Node& node);  // for nodes without arguments, or if the list of the newest argument is full
   std::uint64_t call_key(const Node& call) const;
-  NodeId place_of(const std::shared_ptr<const Callee>& callee);  // in callees_, to which it is added
-  void make_ready();                                             // to be added to
+  NodeId place_of(const std::shared_ptr<const Callee>& callee);  // index in callees_; appends if new
+  void make_ready();                                             // prepares the table for additions
   void index_nodes();                                            // enters all nodes into the table
-  // A node of another graph, as the next node of this one.
+  // Appends a node of another graph.
   Node structural_copy(const Graph& source, const Node& node, const std::vector<NodeId>& image);
   Node copy_call(const Graph& source, const Node& node, const std::vector<NodeId>& image);
   NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
-  NodeId make_of_nodes(Op op, NodeId a, NodeId b);         // + - * / of what is not constant
-  NodeId make_of_negations(Op op, NodeId a, NodeId b);     // where at least one is a negation
-  NodeId simplified_signs(Op op, NodeId a, NodeId b);      // the same beside a constant
-  NodeId simplified_fused(Op op, NodeId x, NodeId y, NodeId z);  // fma and its like
+  NodeId make_of_nodes(Op op, NodeId a, NodeId b);         // + - * / of nodes that are not constants
+  NodeId make_of_negations(Op op, NodeId a, NodeId b);     // if at least one is a negation
+  NodeId simplified_signs(Op op, NodeId a, NodeId b);      // the same with a constant
+  NodeId simplified_fused(Op op, NodeId x, NodeId y, NodeId z);  // fma and similar operators
   NodeId negated_fused(Node node);
   NodeId simplified_select(NodeId condition, NodeId a, NodeId b);
   NodeId integer_power(NodeId base, int exponent);
   NodeId reciprocal_power(NodeId base, int exponent);  // 1 / x^n, n > 0
 
   std::vector<Node> nodes_;
-  NodeTable table_;  // empty until a node is added: a graph that is only read has none
+  NodeTable table_;  // empty until a node is added; a read-only graph has none
   bool has_roots_ = false;
-  bool is_indexed_ = true;  // whether all nodes are in it
+  bool is_indexed_ = true;  // true if the table has all nodes
   std::vector<double> constants_;
   std::vector<std::shared_ptr<const Callee>> callees_;
-  std::unordered_map<const Callee*, NodeId> callee_places_;  // in callees_
+  std::unordered_map<const Callee*, NodeId> callee_places_;  // index in callees_
   std::vector<NodeId> call_arguments_;
   NodeId n_calls_ = 0;
 };
@@ -146,10 +150,10 @@ class Graph {
 // Number of arguments of a Call node.
 std::size_t call_arity(const Graph& graph, NodeId call);
 
-// Whether the value or a slope at a node may be infinite though its arguments are not.
+// Returns true if the value or a slope of a node may be infinite although its arguments are finite.
 bool has_pole(const Graph& graph, NodeId id);
 
-// What changes from node to node most often, the older argument or an input's index, comes last (KeyTable).
+// The most variable part of a node, the older argument or an input's index, comes last (KeyTable).
 inline std::uint64_t Graph::key(const Node& node) {
   const bool is_input = node.op == Op::Input;
   const NodeId last = is_input ? node.b : node.a, other = is_input ? node.a : node.b;
@@ -158,8 +162,8 @@ inline std::uint64_t Graph::key(const Node& node) {
   return (rest ^ rest >> 32) << 32 | last;
 }
 
-// Field by field, out of registers: a node that has just been put together in memory would have to arrive there before
-// it could be read as a whole.
+// Writes field by field from registers: a node assembled in memory would have to be stored before it can be read as
+// a whole.
 [[gnu::always_inline]] inline NodeId Graph::append(Op op, NodeId a, NodeId b, NodeId c) {
   const std::size_t id = nodes_.size();
   Node& node = detail::add_one(nodes_);

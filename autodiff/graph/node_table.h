@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where a graph looks up whether it has a node already.
+// Finds existing nodes of a graph (hash-consing).
 //
-//   for (NodeId id = table.first_user(newest); id != kNoNode; id = table.next_user(id)) if (nodes[id] == node) return id;
-//   table.add_user(newest), nodes.push_back(node);
+//   for (NodeId id = table.first_user(newest); id != kNoNode; id = table.next_user(id)) if (nodes[id] == node) return
+//   id; table.add_user(newest), nodes.push_back(node);
 //
-// A new node mostly uses a node that is new itself, and few nodes use one: so the nodes whose newest argument
-// is the same hang on it as a list, and looking one up is a walk over one or two nodes that the processor has
-// at hand, without a hash.  Where the list is full, as for an input that a million nodes use, and for nodes
-// without arguments, a hash table decides.
+// A new node usually has a new argument, and few nodes share one.  So nodes with the same newest argument form a
+// list at this argument.  A look-up visits one or two cached nodes, without a hash.  If the list is full, as for an
+// input with a million users, and for nodes without arguments, a hash table is used.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +24,7 @@ inline constexpr std::size_t kMostNodes = 0x7fffffffu;  // of a graph
 namespace detail {
 [[noreturn]] void refuse_more_nodes();
 
-// One more element, one a node; growth stands out of the way of what adds it.
+// Appends one element per node; growth is out of line.
 template <class T>
 [[gnu::noinline, gnu::cold]] void make_room(std::vector<T>& elements) {
   const std::size_t size = elements.size();
@@ -40,7 +39,7 @@ template <class T>
 }
 }  // namespace detail
 
-// What the hash tables below have: slots, a power of two of them, at most half full.
+// The common part of the hash tables below: a power of two of slots, at most half full.
 template <class Slot>
 class Slots {
  public:
@@ -64,11 +63,11 @@ struct ConstantSlot {
   NodeId id = kNoNode;
 };
 
-// Open addressing.  Slots are small, and keys that differ in their last three bits only lie side by side: a table of
-// a million nodes leaves the caches, and what is looked up together should be found together.
+// Open addressing.  Slots are small, and keys that differ only in their last three bits are contiguous: a table of a
+// million nodes exceeds the caches, and nodes that are looked up together should be close.
 class KeyTable : public Slots<KeySlot> {
  public:
-  // The node with this key for which is_it says so; if there is none, `next`, which is added.
+  // Returns the node with this key for which is_it returns true; else adds and returns `next`.
   template <class IsIt>
   NodeId find_or_add(std::uint64_t key, NodeId next, IsIt&& is_it) {
     if (used_ * 2 >= slots_.size()) grow();
@@ -89,7 +88,7 @@ class KeyTable : public Slots<KeySlot> {
     const std::uint64_t rest = key >> 3;
     return static_cast<std::uint32_t>((rest ^ rest >> 32) * 0x9e3779b97f4a7c15u >> 32) << 3 | (key & 7);
   }
-  // A slot's new place is its old one, or that plus a multiple of the old size: memory is read and written in order.
+  // A slot's new index is its old one, or that plus a multiple of the old size, so memory is accessed in order.
   void grow() {
     std::vector<Slot> old(std::max<std::size_t>(64, slots_.size() * 4));
     old.swap(slots_);
@@ -115,7 +114,7 @@ class ConstantTable : public Slots<ConstantSlot> {
  private:
   using Slot = ConstantSlot;
 
-  // Where they are, or would be.
+  // The slot of these bits, or where it would be.
   std::size_t place_of(std::uint64_t bits) const {
     const std::size_t last = slots_.size() - 1;
     std::size_t i = ((bits ^ bits >> 32) * 0x9e3779b97f4a7c15u >> 32) & last;
@@ -136,10 +135,10 @@ class NodeTable {
   // Number of nodes; also the next id.
   std::size_t size() const { return links_.size(); }
 
-  // The list of a node: whose newest argument it is, the one that was added last first.
+  // The list of the nodes with this newest argument, last added first.
   NodeId first_user(NodeId node) const { return links_[node].first; }
   NodeId next_user(NodeId user) const { return links_[user].next; }
-  // The next node, on the list of its newest argument unless that has kListed already.
+  // Adds the next node, to the list of its newest argument unless that already has kListed.
   static constexpr int kListed = 8;
   bool is_full(NodeId node) const {
     int users = 0;
@@ -153,12 +152,12 @@ class NodeTable {
     return id;
   }
 
-  // The node with this key for which is_it says so; if there is none, the number of the next node, which is added.
+  // Returns the node with this key for which is_it returns true; else adds and returns the number of the next node.
   template <class IsIt>
   NodeId find_or_add_keyed(std::uint64_t key, IsIt&& is_it) {
     return known(keyed_.find_or_add(key, next(), is_it));
   }
-  // The constant with these bits, or kNoNode; the next node, which is it.
+  // Returns the constant with these bits, or kNoNode and adds the next node for it.
   NodeId find_constant(std::uint64_t bits) const { return constants_.find(bits); }
   NodeId add_constant(std::uint64_t bits) {
     constants_.add(bits, next());
@@ -176,8 +175,8 @@ class NodeTable {
 
  private:
   struct Link {
-    NodeId first = kNoNode;  // of the list of this node: the one that was added last
-    NodeId next = kNoNode;   // on the list where this node hangs
+    NodeId first = kNoNode;  // of the list of this node: the last added
+    NodeId next = kNoNode;   // in the list that contains this node
   };
 
   NodeId next() const { return static_cast<NodeId>(links_.size()); }
@@ -186,7 +185,7 @@ class NodeTable {
     return id;
   }
 
-  std::vector<Link> links_;  // a node each
+  std::vector<Link> links_;  // one per node
   KeyTable keyed_;
   ConstantTable constants_;
 };

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Operators: what they are called, what they compute, how they differentiate.  All of it is read from
-// ops.def, by macros that stand here, in scalar.h, jet.h, expr.h (overloads by name), in record.cpp (what those
-// of scalar.h call) and in interpret_lanes.cpp (its switch); everything else asks the functions below.
+// Operators: names, values, derivative rules.  Everything comes from ops.def, through macros here, in scalar.h,
+// jet.h, expr.h (overloads by name), record.cpp (the implementations for scalar.h) and interpret_lanes.cpp (its
+// switch).  All other code calls the functions below.
 //
 //   evaluate(Op::Mul, 2.0, 3.0, 0.0)            -> 6
-//   slope(Op::Sin, 0, x, y, z, r, v)            -> v * cos(x), in whatever T is
+//   slope(Op::Sin, 0, x, y, z, r, v)            -> v * cos(x), for any T
 //   has_slope(Op::Floor, 0)                     -> false
 #pragma once
 
@@ -22,7 +22,7 @@ namespace dyntape {
 enum class Op : std::uint8_t {
 #define OP(name, ...) name,
 #include <dyntape/autodiff/graph/ops.def>
-  // The structural kinds, which are not in the table.
+  // Structural kinds, which are not in the table.
   Const,  // a: index into Graph::constants()
   Input,  // a: block, b: index within the block
   Call,  // a: index into Graph::callees(), b: first of its arguments in Graph::call_arguments(), c: number of
@@ -37,13 +37,13 @@ struct OperationCount {
   std::size_t count;
 };
 
-// Whether it is a row of the table, whose arguments are nodes.
+// Returns true for rows of the table, whose arguments are nodes.
 constexpr bool is_table_op(Op op) { return op < Op::Const; }
 
 // Laws: exact for finite arguments up to the sign of zero.  Graph::make applies them; tests check them.
 enum Law : std::uint32_t {
   kNone = 0,
-  kCommutative = 1u << 0,  // f(x, y) = f(y, x), whatever a third argument is
+  kCommutative = 1u << 0,  // f(x, y) = f(y, x), for any third argument
   kZeroLeft = 1u << 1,     // f(0, y) = y
   kZeroRight = 1u << 2,    // f(x, 0) = x
   kOneLeft = 1u << 3,      // f(1, y) = y
@@ -54,8 +54,8 @@ enum Law : std::uint32_t {
   kEven = 1u << 8,         // f(-x) = f(x)
   kIdempotent = 1u << 9,   // f(f(x)) = f(x)
   kInvolution = 1u << 10,  // f(f(x)) = x
-  // No law, but a property beside them: somewhere the value or a slope of some order is not finite, though
-  // the arguments are.  Derivation asks it (sweep.h).
+  // Not a law but a property: for some finite arguments the value or a slope of some order is not finite.  Used by
+  // the derivation (sweep.h).
   kPole = 1u << 11,
 };
 
@@ -81,12 +81,12 @@ constexpr const OpInfo& info(Op op) { return kOpInfo[static_cast<int>(op)]; }
 
 namespace ops {
 
-// What <cmath> has, and what it has under another name.
+// Functions of <cmath>, also under other names.
 #define OP(...)
 #define FN(name, fn, ...) using std::fn;
 #include <dyntape/autodiff/graph/ops.def>
 
-// The names of ours, for number types; graph expressions bring their own overloads.
+// dyntape's functions for number types; graph expressions have their own overloads.
 template <class C, class T>
 T select(const C& condition, const T& a, const T& b) {
   return condition != C(0) ? a : b;
@@ -141,7 +141,7 @@ T value_of(Op op, const T& x, const T& y, const T& z) {
   }
 }
 
-// A row that is known when the program is compiled.
+// A row known at compile time.
 template <Op op>
 struct Row;
 #define OP(name, fn, n, value, ...)                   \
@@ -161,7 +161,7 @@ T zero_slope() {
 }
 template <class T, class S>
 T as_slope(const S& s) {
-  // A cell that is the literal 0 has type int: no slope.
+  // A cell with the literal 0 has type int: no slope.
   if constexpr (std::is_same_v<S, int>) {
     return zero_slope<T>();
   } else {
@@ -195,7 +195,7 @@ T evaluate(const T& x, const T& y, const T& z) {
   return ops::Row<op>::of(x, y, z);
 }
 
-// v after its passage through the given argument of op (forward or reverse: the same map).
+// v after propagation through the given argument of op; forward and reverse mode are the same map.
 template <class T>
 T slope(Op op, int argument, const T& x, const T& y, const T& z, const T& r, const T& v) {
   return ops::slope_of<T>(op, argument, x, y, z, r, v);
@@ -203,8 +203,8 @@ T slope(Op op, int argument, const T& x, const T& y, const T& z, const T& r, con
 
 namespace ops {
 
-// What the cell of a slope says: whether there is one, whether it multiplies by a number other than 1 and -1, and
-// what that number is made of: bits 0 to 2 for x, y, z, bit 3 for r.
+// Facts about a slope's cell: whether there is a slope, whether it multiplies by a number other than 1 and -1, and
+// what this number depends on: bits 0 to 2 for x, y, z, bit 3 for r.
 struct SlopeCell {
   bool exists, scales;
   unsigned mentions;
@@ -236,7 +236,7 @@ constexpr const SlopeCell& slope_cell(Op op, int argument) {
 
 }  // namespace ops
 
-// Whether the slope of a table operator with respect to that argument is not structurally zero.
+// Returns true if the slope of a table operator with respect to that argument is not structurally zero.
 constexpr bool has_slope(Op op, int argument) { return ops::slope_cell(op, argument).exists; }
 
 }  // namespace dyntape

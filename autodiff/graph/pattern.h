@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A sparsity pattern: the places of a matrix that may be non-zero, sorted by row and then by column.
+// A sparsity pattern: positions of a matrix that may be nonzero, sorted by row and then by column.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ struct Pattern {
   bool operator==(const Pattern&) const = default;
 };
 
-// From the sorted columns of each row.
+// Makes a pattern from the sorted columns of each row.
 inline Pattern pattern_from_rows(const std::vector<std::vector<std::uint32_t>>& columns_of_row,
                                  std::size_t cols) {
   Pattern pattern{columns_of_row.size(), cols, {}, {}};

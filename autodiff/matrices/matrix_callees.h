@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Functions of matrices as callees (callee.h) that dissolve and know their derivatives.
+// Functions of matrices as callees (callee.h) that dissolve and have given derivatives.
 //
 //   const MatrixFunction f{"inverse_3x3", 9, 9,
 //                          [](FlatReader in) { return flat({inverse(in.next(3, 3))}); },       // A -> A^-1
@@ -8,8 +8,8 @@
 //                          [](FlatReader in) { ... }};                                         // A, X' -> A'
 //   const VectorXad X = call(callee_of(f), flat({A}));
 //
-// Matrices lie one after the other, by columns.  There is one callee of a name, for as long as some graph holds it: equal calls
-// are then one call.
+// Matrices lie one after the other, by columns.  A name has one callee while any graph uses it, so that equal calls
+// are one call.
 #pragma once
 
 #include <functional>
@@ -24,7 +24,7 @@ namespace dyntape::detail {
 
 VectorXad flat(std::initializer_list<MatrixXad> matrices);
 
-// Reads them back.
+// Reads the matrices of flat() back.
 class FlatReader {
  public:
   explicit FlatReader(const VectorXad& all) : all_(all) {}

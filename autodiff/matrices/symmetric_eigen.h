@@ -7,8 +7,8 @@
 //   out   eigenvalues in ascending order (n), eigenvectors of length 1 as columns, the largest entry of each
 //         positive (n x n), working memory (n x n)
 //
-// A sweep turns every pair of axes in line until what is off the diagonal no longer counts, after six to ten sweeps; a NaN
-// or an infinity spreads to what it meets.
+// A sweep rotates every pair of axes in turn.  Sweeps end when the elements off the diagonal no longer count, after
+// six to ten sweeps.  A NaN or an infinity spreads to the values that depend on it.
 #pragma once
 
 #include <dyntape/autodiff/record/detail/recorded_matrices.h>
@@ -17,9 +17,9 @@ namespace dyntape::detail {
 
 void symmetric_eigen(int n, const double* in, double* out);
 
-// Of ascending eigenvalues: l_i - l_j, 0 where rounding does not tell the two apart, that is, below 16 n epsilon |A|.
+// l_i - l_j of ascending eigenvalues; 0 if rounding does not separate them, that is, below 16 n epsilon |A|.
 AD gap(const VectorXad& l, Eigen::Index i, Eigen::Index j);
-// x, but no finite number where eigenvalue i is repeated: there it has no derivative.
+// Returns x; a value that is not finite if eigenvalue i is repeated, because it has no derivative there.
 AD unless_repeated(const VectorXad& l, Eigen::Index i, const AD& x);
 
 }  // namespace dyntape::detail

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// AD as a scalar of Eigen: products, norms, factorisations, quaternions, and expressions that mix AD and
-// double.  x.cast<double>() are the values at the recording point, as value() is; what is computed of them is a
-// constant of the recording.
+// Makes AD a scalar of Eigen: products, norms, factorisations, quaternions, and expressions that mix AD and double.
+// x.cast<double>() returns the values at the recording point, like value(); results computed from these are
+// constants of the recording.
 //
-// These of Eigen's calls leave no guard, and hold at every point (eigen_factorisations.h has what each gives):
+// These calls of Eigen leave no guard and are valid at every point (details: eigen_factorisations.h):
 //
 //   A.inverse(), A.determinant(), A.partialPivLu(), A.llt(), A.ldlt(), A.householderQr(),
 //   Eigen::SelfAdjointEigenSolver<MatrixXad>(A), A.jacobiSvd(), A.bdcSvd()      of square or rectangular A, of any size
 //
-// Its other factorisations (FullPivLU, ColPivHouseholderQR, EigenSolver, ...) branch, and each branch leaves a guard, also
-// one that the result does not depend on.  linear_algebra.h has the same functions by name, for any scalar.
+// Eigen's other factorisations (FullPivLU, ColPivHouseholderQR, EigenSolver, ...) branch.  Each branch leaves a
+// guard, even if the result does not depend on the branch.  linear_algebra.h has the same functions by name, for any
+// scalar.
 #pragma once
 
 #include <dyntape/autodiff/record/detail/eigen_traits.h>

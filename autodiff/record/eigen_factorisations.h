@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Eigen's factorisations of recorded matrices, by the functions of linear_algebra.h: without guards, with their
-// derivatives and poles.  Included by eigen.h, so that every unit that knows AD and Eigen knows them.
+// Eigen's factorisations of recorded matrices, by the functions of linear_algebra.h: without guards, with the same
+// derivatives and poles.  eigen.h includes this header, so that all code with AD and Eigen uses it.
 //
-//   PartialPivLU               solve, inverse, determinant          of any size; so also A.inverse() from five rows on or of
-//                                                                   dynamic size, and A.determinant()
+//   PartialPivLU               solve, inverse, determinant of any size; Eigen calls it for A.determinant(), and for
+//                              A.inverse() of five rows or more, or of dynamic size
 //   LLT                        solve, matrixL, matrixU, info
-//   LDLT                       solve, matrixL, matrixU, vectorD, info       pivots in order, where Eigen permutes
-//   HouseholderQR              solve, householderQ, matrixQR                solve of least squares; Q as a matrix (m x m)
+//   LDLT                       solve, matrixL, matrixU, vectorD, info; pivots in order (Eigen permutes)
+//   HouseholderQR              solve (least squares), householderQ (as a matrix, m x m), matrixQR
 //   SelfAdjointEigenSolver     eigenvalues, eigenvectors, operatorSqrt, operatorInverseSqrt, info
-//   JacobiSVD, BDCSVD          singularValues                               U and V asked for are an ArgumentError
+//   JacobiSVD, BDCSVD          singularValues; ArgumentError if U or V is requested
 //
-// solve() gives a matrix, not an expression.  The permutation of an LU is another one at each point, and so none of
-// Eigen's.  info() decides, which leaves a guard; nothing else does.
+// solve() returns a matrix, not an expression.  There is no permutationP(): the permutation of the LU differs from
+// point to point.  info() compares values and leaves a guard; the other members leave none.
 #pragma once
 
 #include <dyntape/autodiff/record/detail/cholesky.h>
@@ -59,7 +59,8 @@ class PartialPivLU<DYNTAPE_MATRIX_OF_AD> {
     dyntape::detail::check_rows(m_, b, "PartialPivLU::solve");
     return dyntape::detail::solution(m_, b.template cast<Scalar>());
   }
-  // const: Eigen has taken the address of what A.inverse() goes into before it is assigned, and a moved matrix has another.
+  // const, so that the result is copied, not moved: Eigen takes the address of the target of A.inverse() before the
+  // assignment, and a move changes the address.
   const MatrixType inverse() const { return dyntape::detail::inverse_of(m_); }
   Scalar determinant() const {
     return m_.rows() > 4 ? dyntape::detail::determinant_by_pivots(m_)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Linear algebra without branches, for any scalar: on a recording it leaves no guard and holds at every point.
+// Linear algebra without branches, for any scalar.  Use these functions in recorded code: they leave no guard, and
+// the recording is valid at every point.
 //
 //   MatrixXad X = solve(A, B);                // A X = B, (n x n), (n x k)
 //   MatrixXad X = inverse(A);                 // (n x n)
@@ -11,34 +12,39 @@
 //   auto f = ldlt(M);                         // M = L D L^T, L unit lower triangular; no square roots
 //   VectorXad y = ldlt_solve(f, b);
 //   VectorXad l = eigenvalues_symmetric(M);   // (n), ascending; the lower triangle is read
-//   auto e = eigen_symmetric(M);              // e.values (n), e.vectors (n x n): a column each, its largest entry positive
+//   auto e = eigen_symmetric(M);              // e.values (n), e.vectors (n x n): columns, the largest entry positive
 //   VectorXad s = singular_values(A);         // (m x n) -> (min(m, n)), descending
 //   VectorXad u = normalized(v);              // v / |v|; the zero vector stays zero, with slope zero
 //
-// Eigen's own calls find the same functions (eigen.h): A.inverse(), A.partialPivLu().solve(b), ...  Wrong sizes are
-// an ArgumentError.
+// Eigen's own calls use the same functions (eigen.h): A.inverse(), A.partialPivLu().solve(b), ...  ArgumentError:
+// wrong sizes.
 //
-// How.  LU is pivoted by selection: which rows change places is decided at each point anew (detail/pivoted_lu.h, Golub
-// and Van Loan 3.4); determinants up to n = 4 are sums of cofactors.  Least squares by Householder's QR
-// (detail/householder.h, 5.2); eigenvalues and singular values by Jacobi's rotations, a loop that stays one
-// (autodiff/matrices/symmetric_eigen.h, 8.5 and 8.6), in double and on a tape only.  On a tape the derivatives of solve,
-// inverse, determinant, least_squares, eigenvalues and singular values are those of the equations that they satisfy, to any order
-// (detail/recorded_matrices.h has them); those of llt and ldlt are of their statements.  Recorded matrices of n rows
-// take n^3 statements, eigenvalues n^2 and a loop.
+// Methods (sections of Golub and Van Loan):
+//   LU                   pivoted by selection: every evaluation chooses its row exchanges (detail/pivoted_lu.h, 3.4)
+//   determinant          n <= 4: a sum of cofactors; n > 4: LU
+//   least_squares        Householder QR (detail/householder.h, 5.2)
+//   eigenvalues,         Jacobi rotations, recorded as a loop (autodiff/matrices/symmetric_eigen.h, 8.5 and 8.6);
+//   singular values      double and AD only
+// On a tape, the derivatives of solve, inverse, determinant (n > 4), least_squares, eigenvalues and singular values
+// follow from the equations that the results satisfy, to any order (detail/recorded_matrices.h).  The derivatives of
+// llt and ldlt follow from their statements.  Complexity on a tape: n^3 statements; eigenvalues: n^2 statements and
+// a loop.
 //
-// Poles.  Without a branch there is no refusal: results and slopes are not finite, in part or all,
-//   solve, inverse, determinant from n = 5 on   where A is singular to the last bit: a pivot is 0 (the value of a
-//                                              determinant is 0 there; its slope up to n = 4 is right there)
-//   least_squares                              where a column of A depends on others to the last bit
-//   llt                                        where M is not positive definite: NaN, the root of a negative pivot
-//   ldlt                                       where a leading block of M is singular: a division by zero.  Pivots are taken
-//                                              in order, which is stable for definite M (4.2); solve() is for others
-//   eigenvalues, eigenvectors                  slopes where eigenvalues are repeated, closer than 16 n epsilon |M|: of the
-//                                              repeated ones, and of all eigenvectors that turn into each other
-//   singular_values                            slopes where they are repeated or 0, likewise
-// Nearly singular is not a pole: digits are lost as the condition says.  In a branch of a select that is not taken a pole
-// still makes slopes NaN: give the function a matrix without one there, solve(select(c, A, I), b).  vjp() and jvp() of a
-// function of eigenvectors are to be dissolved (function.h) where other eigenvalues are repeated; derive() does it.
+// Poles.  Code without branches cannot refuse a point: at these points some or all results or slopes are not finite:
+//   solve, inverse       A singular to the last bit: a pivot is 0
+//   determinant, n > 4   the same for the slopes; the value is 0.  For n <= 4 value and slopes are right
+//   least_squares        a column of A depends on other columns to the last bit
+//   llt                  M not positive definite: NaN, the root of a negative pivot
+//   ldlt                 a leading block of M is singular: a division by zero.  Pivots are taken in order, which is
+//                        stable for definite M (4.2); for other M use solve()
+//   eigenvalues,         slopes at repeated eigenvalues (closer than 16 n epsilon |M|): the slopes of these eigenvalues
+//   eigenvectors         and of all eigenvectors that turn into each other
+//   singular_values      slopes at repeated or zero singular values
+// A nearly singular matrix is no pole; it costs digits according to its condition number.
+//
+// A pole in the branch of a select that is not taken still makes slopes NaN.  Avoid the pole in the argument:
+// solve(select(c, A, I), b).  If eigenvalues repeat that the function does not use, pass vjp() and jvp() of a
+// function of eigenvectors to dissolved() (function.h); derive() does this.
 #pragma once
 
 #include <Eigen/Core>
@@ -57,7 +63,7 @@ namespace dyntape {
 
 namespace detail {
 
-// Of two matrices, one of which may hold doubles.
+// The scalar of an operation on two matrices, one of which may hold doubles.
 template <class A, class B>
 using CommonScalar =
     std::conditional_t<std::is_same_v<typename A::Scalar, double>, typename B::Scalar, typename A::Scalar>;
@@ -134,7 +140,7 @@ Eigen::Matrix<typename A::Scalar, Eigen::Dynamic, 1> singular_values(const Eigen
   return detail::singular_values_of(detail::DynamicMatrix<T>(a));
 }
 
-// In units in which squares neither overflow nor vanish; these are powers of two, and change no digit.
+// Scales v by a power of two first, so that squares neither overflow nor vanish; the scaling changes no digit.
 template <class Derived>
 typename Derived::PlainObject normalized(const Eigen::MatrixBase<Derived>& v) {
   using T = typename Derived::Scalar;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What <cmath> has and a tape has not: each is a compile-time error that says what to write in its place.
+// Functions of <cmath> that a tape does not have: a call is a compile-time error that says what to write instead.
 //
 //   AD y = tgamma(x);     error: static assertion failed: tgamma of a recorded value: call a Kernel ...
 //
@@ -46,7 +46,7 @@ DYNTAPE_NOT_RECORDED(nextafter, "write x * (1 + epsilon), or take the neighbour 
 DYNTAPE_NOT_RECORDED(nexttoward, "write x * (1 + epsilon), or take the neighbour of x.value()")
 DYNTAPE_NOT_RECORDED(lerp, "write a + t * (b - a)")
 
-// Questions.
+// Predicates.
 DYNTAPE_IS_NO_AD(signbit, "x < 0.0, or copysign(1.0, x) < 0.0 where the sign of a zero counts")
 DYNTAPE_IS_NO_AD(isgreater, "x > y")
 DYNTAPE_IS_NO_AD(isgreaterequal, "x >= y")

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Recording: run templated code once on AD and keep what it did.
+// Records a function: runs templated code once on AD and returns its operations as a Function.
 //
 //   Function f = record("spring", 2, 1, [](const VectorXad& x, const VectorXad& p) {
 //     VectorXad y(1);
@@ -8,19 +8,19 @@
 //     return y;
 //   });
 //
-// The recording ends when the call returns or throws, whatever the user's function does: there is no state to
-// clean up.  Where code is not one function, a Recorder begins and ends:
+// The recording ends when the call returns or throws.  Use a Recorder if the code is not one function:
 //
 //   Recorder recorder("spring", 2, 1);
 //   const VectorXad &x = recorder.x(), &p = recorder.p();
 //   const AD stretch = x[0] - x[1];
 //   Function f = recorder.end(VectorXad::Constant(1, 0.5 * p[0] * stretch * stretch));
 //
-// A thread may have several recordings open, one within the other or side by side: each value belongs to one, and values
-// of two in one operation are a RecordingError that names both.  As many threads as there are, without any set-up.
+// A thread may have several recordings open at once, nested or interleaved.  Each value belongs to one recording.
+// An operation on values of two recordings is a RecordingError that names both.  Any number of threads may record at
+// the same time.
 //
-// The code runs at a recording point, which decides the branches it takes (see scalar.h); its default is in
-// (0.3, 1.1), away from special values.  A NaN there is no error.
+// The code runs at a recording point, which decides the branches taken (scalar.h).  The entries of the default point
+// are in (0.3, 1.1), away from special values.  A NaN at the recording point is no error.
 #pragma once
 
 #include <functional>
@@ -36,14 +36,14 @@
 namespace dyntape {
 
 struct RecordOptions {
-  std::vector<double> variables;   // the recording point; empty: the default
+  std::vector<double> variables;   // the recording point; empty: the default point
   std::vector<double> parameters;  // likewise
-  // What a branch on a recorded value does: record a guard, or throw RecordingError naming file and line.
+  // A branch on a recorded value records a guard (kGuard), or throws a RecordingError with file and line (kError).
   enum class Branches { kGuard, kError } branches = Branches::kGuard;
   std::vector<std::string> variable_names, parameter_names, output_names;
 };
 
-// A recording that is open from its construction until end() or its destruction, all in one thread.
+// An open recording: begins with the construction, ends with end() or the destruction, all in one thread.
 class Recorder {
  public:
   Recorder(const std::string& name, std::size_t n_x, std::size_t n_p = 0, const RecordOptions& options = {},
@@ -55,7 +55,7 @@ class Recorder {
   const VectorXad& x() const { return x_; }  // variables
   const VectorXad& p() const { return p_; }  // parameters
 
-  // What was recorded, with these results; the recording is over, also if this throws.
+  // Ends the recording, also if it throws; returns the recorded function with outputs y.
   Function end(const VectorXad& y);
 
  private:
@@ -63,13 +63,13 @@ class Recorder {
   VectorXad make_inputs(Block block, const std::vector<double>& values);
 
   RecordOptions options_;
-  std::unique_ptr<Open> open_;  // null: it is over
+  std::unique_ptr<Open> open_;  // null after end()
   std::string name_;
   VectorXad x_, p_;
 };
 
-// f(x, p) -> y; y may hold any number of entries, constants among them.  Errors name the caller's line; who
-// records for somebody else hands that line on, or nullptr where there is none.
+// Records f(x, p) -> y.  y may have any number of entries; entries may be constants.
+//   file, line   the place that errors name; file may be nullptr
 Function record(const std::string& name, std::size_t n_x, std::size_t n_p,
                 const std::function<VectorXad(const VectorXad& x, const VectorXad& p)>& f,
                 const RecordOptions& options = {}, const char* file = __builtin_FILE(),
@@ -80,7 +80,7 @@ Function record(const std::string& name, std::size_t n_x,
                 const std::function<VectorXad(const VectorXad& x)>& f, const RecordOptions& options = {},
                 const char* file = __builtin_FILE(), int line = __builtin_LINE());
 
-// Inside a recording: the results of a recorded function or kernel as one visible node.
+// Calls a recorded function or a kernel inside a recording, as one node of the tape; returns its results.
 VectorXad call(const std::shared_ptr<const Callee>& callee, const VectorXad& arguments);
 
 }  // namespace dyntape

@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The recording scalar: computes like a double and writes down what it does.
+// The recording scalar: computes like a double and records each operation as a node of the tape.  Write the
+// functions to record as templates over the scalar, or directly on AD.
 //
 //   AD f(AD x) { return sin(x) * 2.0 + select(x < 0.0, -x, x); }
 //
-// Inside record() (record.h) an AD that depends on an input is a node of the tape; everything else is a
-// constant. <cmath> works by argument-dependent lookup: what is in ops.def and, made of it, fabs, fdim, fmin, fmax,
-// nearbyint and hypot of three.  What is not there says at compile time what to write (not_recorded.h).  With Eigen
-// through eigen.h.
+// Inside record() (record.h), an AD that depends on an input is a node of the tape.  Every other AD is a constant.
 //
-// Comparisons give a Condition.  select(condition, a, b) records both branches and is right everywhere.  Used
-// as a bool (`if (x < y)`, as Eigen's factorisations do), a Condition takes the branch of the recording point
-// and records a guard: evaluations that leave this branch report the file and line of the comparison.  In
-// code of your own, prefer select.
+// Functions of <cmath> are found by argument-dependent lookup: those of ops.def, and fabs, fdim, fmin, fmax,
+// nearbyint and hypot of three arguments.  Other functions are a compile-time error that says what to write
+// (not_recorded.h).  eigen.h adds Eigen.
 //
-// Classic mistakes, all reported: an AD kept from an earlier recording is used in a new one (RecordingError);
+// A comparison returns a Condition:
+//   select(condition, a, b)   records both branches; the recording is valid everywhere.  Prefer it in your own code
+//   if (condition)            takes the branch of the recording point and records a guard (Eigen's factorisations do).
+//                             An evaluation that leaves this branch reports file and line of the comparison
+//
+// RecordingError: an AD of an earlier recording is used in a new one.  A value that is computed *before* record() is
+// a constant, not a variable.
 // a value computed *before* record() is a constant, not a variable.
 #pragma once
 
@@ -33,9 +36,9 @@ class AD {
 
   // The value at the recording point.
   double value() const { return value_; }
-  // Whether it depends on an input of the current recording; otherwise it is a constant.
+  // Whether the value depends on an input of the current recording; otherwise it is a constant.
   bool is_recorded() const { return id_ != kNoNode; }
-  // Its node; with the highest bit set, the negation of that node.
+  // The node; with the highest bit set, the negation of that node.
   NodeId id() const { return id_; }
   std::uint32_t tape() const { return tape_; }
 
@@ -54,7 +57,7 @@ class AD {
 };
 
 namespace detail {
-// A function an operator (record.cpp), and arguments by value: two registers each.
+// One function for each operator (record.cpp).  Arguments are passed by value: two registers each.
 template <Op op>
 AD apply(AD a);
 template <Op op>
@@ -63,7 +66,7 @@ template <Op op>
 AD apply(AD a, AD b, AD c);
 }  // namespace detail
 
-// Comparisons are spelt with operators that know their place (below), not through the table's functions.
+// Comparisons use operators that know their place in the source (below), not the functions of this table.
 #define OP(name, fn, n, ...) DYNTAPE_AD_##n(name, fn)
 #define DYNTAPE_AD_1(name, fn) \
   inline AD fn(const AD& a) { return detail::apply<Op::name>(a); }
@@ -85,7 +88,7 @@ inline AD& AD::operator/=(const AD& other) { return *this = *this / other; }
 inline AD fabs(const AD& a) { return abs(a); }
 inline AD nearbyint(const AD& a) { return rint(a); }
 
-// The outcome of a comparison, and where it stands in the source.
+// The result of a comparison, with its place in the source.
 class Condition {
  public:
   Condition(const AD& truth, const char* file, int line) : truth_(truth), file_(file), line_(line) {}
@@ -141,11 +144,11 @@ inline AD select(const Condition& condition, const AD& a, const AD& b) {
 }
 inline AD select(bool condition, const AD& a, const AD& b) { return condition ? a : b; }
 
-// Both sides of a conjunction of Conditions are recorded.  With a plain bool the language's own && and || are
-// meant, which do not evaluate what they need not, and the Condition becomes a bool, with its guard:
+// Record both sides of a conjunction of Conditions.  With a plain bool, the built-in && and || apply: they skip the
+// right side if they can, and the Condition becomes a bool with a guard:
 //
-//   if (limit && x[0] > limit->upper)                    as it looks; a guard where there is a limit
-//   flag ? select(x[0] > 0, a, b) : b                    the way to write select(flag && x[0] > 0, a, b) without
+//   if (limit && x[0] > limit->upper)                    a guard if there is a limit
+//   flag ? select(x[0] > 0, a, b) : b                    select(flag && x[0] > 0, a, b) without a guard
 inline Condition operator!(const Condition& c) {
   return {select(c.truth(), AD(0), AD(1)), c.file(), c.line()};
 }

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Norms and quotients that have slopes of all orders everywhere, for any scalar.  Use them where a length or a divisor may be
-// zero, such as at the start of a solve.
+// Norms and quotients with finite slopes of all orders everywhere, for any scalar.  Use them if a length or a divisor
+// may be zero, such as at the start of a solve.
 //
 //   AD length = norm(v, 1e-6);                 // sqrt(v . v + smoothing^2)
 //   AD ratio = safe_divide(a, b, 1e-6);        // a b / (b^2 + smoothing^2)
 //
-// smoothing is a number greater than zero in the unit of v and of b.  norm is too long by smoothing at v = 0 and by
-// smoothing^2 / (2 |v|) far from it; safe_divide is 0 at b = 0 and a / b within a part (smoothing / b)^2 far from it.
-// Errors: ArgumentError for other smoothings.
+// Parameters: smoothing > 0, in the unit of v and of b.
+// Errors of the results:
+//   norm          too long by smoothing at v = 0, and by smoothing^2 / (2 |v|) far from zero
+//   safe_divide   0 at b = 0; far from zero, a / b with a relative error of (smoothing / b)^2
+// ArgumentError: smoothing is not a finite number > 0.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,7 +39,7 @@ typename Derived::Scalar norm(const Eigen::MatrixBase<Derived>& v, double smooth
   return sqrt(T(v.squaredNorm() + T(smoothing * smoothing)));
 }
 
-// By hypot, so that no square overflows.
+// Uses hypot, so that no square overflows.
 template <class T>
 T safe_divide(const T& a, const std::type_identity_t<T>& b, double smoothing) {
   using std::hypot;

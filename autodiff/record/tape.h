@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// An open recording, and the arithmetic of recorded values: each operation computes a value and adds a node to the graph.
+// An open recording, and the arithmetic of recorded values: each operation computes a value and adds a node to the
+// graph.  Internal.
 //
 //   using Record = RecordedArithmetic<Policy>;
 //   Value y = Record::apply<Op::Mul>(a, b);
 //
-// A recorded value has value(), id(), tape() (the serial number of its recording) and is_recorded(); a value that is not recorded is
-// a constant.  dyntape::AD (record.cpp) and CppAD's AD<Base> (interface/cppad/recorded.cpp) share this code.  They differ in their
-// policies:
+// A recorded value has value(), id(), tape() (the serial number of its recording) and is_recorded().  A value that
+// is not recorded is a constant.  dyntape::AD (record.cpp) and CppAD's AD<Base> (interface/cppad/recorded.cpp) share
+// this code.  They differ in their policies:
 //
 //   Value, Base, Tape     the value, the type of its number, and the recording (derived from detail::Tape)
 //   current()             the recording whose values take the quick path, or null
-//   other(values...)      the recording of values that are not all current; null: all of them are constants
+//   other(values...)      the recording of values if some are not of current(); null: all values are constants
 //   outside(tape, a)      the node of a value that is not of this recording: a constant, an input, or an error
 //   is_plain(a)           whether a value that is not recorded is a plain number
-//   number(a)             its number as a double
+//   number(a)             the number of that value as a double
 //   evaluate<op>(x, y, z) the operation on Base
 //   check(tape)           called after each node that does not take the quick path
-//
-// Internal.
 #pragma once
 
 #include <cmath>
@@ -33,13 +32,13 @@
 namespace dyntape::detail {
 
 struct Tape {
-  // The graph takes the memory of this thread's last recording, and leaves it to the next one.
+  // Takes the memory of this thread's last recording; the destructor keeps the memory for the next recording.
   Tape();
   ~Tape();
   Tape(const Tape&) = delete;
   Tape& operator=(const Tape&) = delete;
 
-  // Records that the condition has this value at the recording point; once for each condition.
+  // Records, once for each condition, that the condition has this value at the recording point.
   void guard(NodeId condition, bool expected, const char* file, int line);
 
   std::uint32_t serial;  // never 0
@@ -48,7 +47,7 @@ struct Tape {
   std::unordered_set<NodeId> guarded;  // the conditions of the guards
 };
 
-// The bit of id() that says that a value is the negation of its node.  Signs pass through sums, products and quotients without nodes
+// A set bit in id() marks the negation of the node.  Signs pass through sums, products and quotients without nodes
 // of their own.
 inline constexpr NodeId kNegated = 0x80000000u;
 static_assert(kMostNodes < kNegated);
@@ -66,7 +65,7 @@ struct RecordedArithmetic {
     return tape && tape->serial == a.tape();
   }
 
-  // The recording of these values, at least one of which is recorded; null: they are constants.
+  // The recording of these values, of which at least one is recorded; null: they are constants.
   template <class... Values>
   static Tape* tape_of(const Values&... values) {
     return ((!values.is_recorded() || is_current(values)) && ...) ? Policy::current()
@@ -130,7 +129,7 @@ struct RecordedArithmetic {
   }
 
  private:
-  // Functions that end in one another: most operations need no call within one, and their values stay in registers.
+  // Each of these functions ends in a call of another, so that values stay in registers.
 
   [[gnu::noinline]] static Value negation(Base value, Value x) {
     Tape* const tape = tape_of(x);
@@ -152,7 +151,7 @@ struct RecordedArithmetic {
   [[gnu::noinline, gnu::flatten]] static Value add_node(Base value, Op op, NodeId a, NodeId b, Tape& tape) {
     return {value, tape.graph.make_plain(op, a, b), tape.serial};
   }
-  // At least one is a negation.
+  // At least one argument is a negation.
   [[gnu::noinline]] static Value add_node_of_negations(Base value, Op op, NodeId a, NodeId b, Tape& tape) {
     const auto [id, is_negated] = tape.graph.make_signed(op, {a & ~kNegated, (a & kNegated) != 0},
                                                          {b & ~kNegated, (b & kNegated) != 0});
@@ -165,7 +164,8 @@ struct RecordedArithmetic {
             tape.serial};
   }
 
-  // One argument is a constant.  Zeros and ones are looked at before the graph is asked: most constants of a robot are zeros and ones.
+  // One argument is a constant.  Checks for zero and one before asking the graph: most constants of a robot are 0 or
+  // 1.
   template <Op op, bool left>
   [[gnu::noinline]] static Value apply_to_constant(Value a, Value b) {
     constexpr std::uint32_t laws = info(op).laws;
@@ -180,7 +180,7 @@ struct RecordedArithmetic {
     const Base value = Policy::template evaluate<op>(a.value(), b.value(), b.value());
     if ((zero && c == 0) || (one && c == 1)) return {value, x.id(), x.tape()};
     if ((op == Op::Sub && left && c == 0) || (op == Op::Mul && c == -1)) return negation(value, x);
-    // Other zeros and divisors have laws of their own.
+    // Other zeros, and divisors, have laws of their own.
     if (c == 0 || (op == Op::Div && !left)) return apply_by_laws<op>(a, b);
     const NodeId id = x.id() & ~kNegated;
     if (id == x.id()) return add_node_of_constant<left>(value, op, c, id, tape);

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Dual numbers: a value and its tangents in N directions, carried along by the rules of ops.def.
+// Dual numbers: a value with its tangents in N directions, by the rules of ops.def.
 //
 //   using Dual = Jet<double, 1>;
 //   Dual x = Dual::variable(0.5, 0);                 // dx/dx = 1
 //   Dual y = sin(x) * sin(x) + cos(x);
 //   y.value(), y.tangent(0);                         // f and f'
 //
-// Forward mode without a tape: a template runs on jets as it does on numbers, and N columns of a Jacobian come
-// out of one run.  Values have the bits of a run on T, and a tangent does not depend on N or on the other
-// directions.  T is a float, also of 113 bits, or another jet: Jet<Jet<double, 1>, 1> has second derivatives.
+// Use jets for forward derivatives without a tape: a template runs on jets as on numbers, and one run gives N
+// columns of a Jacobian.  Values have the bits of a run on T.  A tangent does not depend on N or on the other
+// directions.
 //
-// Comparisons compare values and give plain bools, so a branch is the branch of the value.  Constants have
-// tangents zero; at the kinks and ends of functions the conventions of ops.def hold.
+// T is a float, also of 113 bits, or another jet: Jet<Jet<double, 1>, 1> has second derivatives.
+//
+// Comparisons compare values and return bools: the code takes the branch of the value.  Constants have zero
+// tangents.  At kinks and ends of functions, the conventions of ops.def apply.
 #pragma once
 
 #include <array>
@@ -26,8 +28,8 @@ namespace dyntape {
 
 namespace ops {
 
-// slope() of a row and an argument that are known when the program is compiled: nothing is left of the switch, which a tangent
-// would go through otherwise.
+// slope() for a row and an argument known at compile time: the compiler removes the switch, which every tangent
+// would otherwise pass.
 template <Op op, int argument>
 struct Passage;
 #define DYNTAPE_JET_PASSAGE(name, argument, cell)                             \
@@ -73,7 +75,7 @@ class Jet {
   Jet& operator/=(const Jet& b) { return *this = *this / b; }
   friend Jet operator+(const Jet& a) { return a; }
 
-// Every function of the table.
+// All functions of the table.
 #define OP(name, fn, n, ...) DYNTAPE_JET_##n(name, fn)
 #define DYNTAPE_JET_1(name, fn) \
   friend Jet fn(const Jet& a) { return apply<Op::name>(a); }
@@ -100,7 +102,7 @@ class Jet {
   friend bool operator!=(const Jet& a, const Jet& b) { return a.value_ != b.value_; }
 
  private:
-  // What a tangent becomes on its way through each argument that has a slope, added up.
+  // The sum, over the arguments with a slope, of slope times tangent.
   template <Op op, class... Arguments>
   static Jet apply(const Arguments&... arguments) {
     const Jet* a[3] = {&arguments...};

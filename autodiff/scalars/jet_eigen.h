@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Jets as scalars of Eigen.
+// Makes Jet a scalar of Eigen.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +24,7 @@ struct NumTraits<dyntape::Jet<T, N>> : NumTraits<T> {
     IsInteger = 0,
     IsSigned = 1,
     RequireInitialization = 1,
-    ReadCost = 1,  // costs as of double: Eigen then unrolls, and so sums, in the same order
+    ReadCost = 1,  // costs as of double: Eigen unrolls and sums in the same order
     AddCost = 1,
     MulCost = 1
   };

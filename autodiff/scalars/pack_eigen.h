@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Packs as scalars of Eigen.
+// Makes Pack a scalar of Eigen.
 //
 //   Eigen::Matrix<Pack<double, 8>, 3, 3> R;     // eight rotations; sums run in the same order in every lane
 //
-// Eigen's own heap aligns to 16 bytes (eigen_layout.h), a pack wants up to 64: matrices
-// of packs take their memory from C++'s aligned new.  Every product is computed entry by entry: Eigen's
-// blocked kernels put unaligned scalars on the stack, and their blocks, hence the order of a sum, depend on
-// the size of the scalar.
+// Matrices of packs take their memory from C++'s aligned new: Eigen's own heap aligns to 16 bytes (eigen_layout.h),
+// a pack needs up to 64.  Every product is computed entry by entry.  Eigen's blocked kernels would put unaligned
+// scalars on the stack, and their block sizes, hence the order of a sum, depend on the size of the scalar.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,7 +32,7 @@ struct NumTraits<dyntape::Pack<double, N>> : NumTraits<double> {
     IsInteger = 0,
     IsSigned = 1,
     RequireInitialization = 0,
-    ReadCost = 1,  // costs as of double: Eigen then unrolls, and so sums, in the same order
+    ReadCost = 1,  // costs as of double: Eigen unrolls and sums in the same order
     AddCost = 1,
     MulCost = 1
   };
@@ -59,7 +58,7 @@ inline constexpr bool is_pack = false;
 template <int N>
 inline constexpr bool is_pack<dyntape::Pack<double, N>> = true;
 
-// How a product is computed: as if all its sizes were small.
+// Selects the kernel of a product as if all sizes were small.
 template <typename Lhs, typename Rhs>
 requires is_pack<typename remove_all<Lhs>::type::Scalar> || is_pack<typename remove_all<Rhs>::type::Scalar>
 struct product_type<Lhs, Rhs> {

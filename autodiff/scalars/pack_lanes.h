@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Between states that lie one after the other in memory and packs, whose lanes are the states.
+// Copies states between memory and packs: lane k of a pack is an entry of state k.  States lie one after the other
+// in memory.
 //
 //   Pack8 x[7];
 //   gather_lanes(states, 7, 8, x, 7);        // x[i] lane k: entry i of state k; state k starts at states + 7 k
 //   scatter_lanes(x, 7, results, 7, 8);      // and back
 //
-// N x N entries at a time are transposed in registers: log2 N rounds of exchanges between pairs of rows.
+// Transposes N x N entries at a time in registers, in log2 N rounds of exchanges between pairs of rows.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +40,7 @@ template <int N, int H = N / 2>
   }
 }
 
-// Half a row from memory, and half a row.
+// A row from two halves in memory.
 #if defined(DYNTAPE_HAS_AVX512F)
 [[gnu::always_inline]] inline Pack<double, 8> joined(const double* low, const double* high) {
   // In the compiler's notation gcc 12 reads all of both rows and shuffles; without a mask it warns.
@@ -48,8 +49,8 @@ template <int N, int H = N / 2>
 }
 #endif
 
-// The rows at N addresses, row(k), transposed.  Long ones are read by halves: that is the first round, and takes nothing
-// of the processor's one unit that shuffles.
+// Loads and transposes the rows at N addresses, row(k).  If N = 8, loads half rows: this replaces the first round of
+// exchanges, and does not use the processor's single shuffle unit.
 template <int N, class Row>
 [[gnu::always_inline]] inline void load_transposed_rows(Row&& row, Pack<double, N>* rows) {
 #if defined(DYNTAPE_HAS_AVX512F)
@@ -67,12 +68,12 @@ template <int N, class Row>
   transpose(rows);
 }
 
-// Rows of a register each: the N x N square in blocks of kRow x kRow.
+// Size of the blocks of an N x N square, such that a row of a block fits into a register.
 template <int N>
 inline constexpr int kRow = 8 * N > DYNTAPE_REGISTER ? DYNTAPE_REGISTER / 8 : N;
 
-// S numbers at each of N addresses, from[k] + i, S = N or less, to S rows of N, which are its columns; and back, to the
-// first `count` addresses.
+// Loads S <= N numbers at each of N addresses, from[k] + i, and stores them as S rows of N (transposed).
+// store_transposed is the reverse, to the first `count` addresses.
 template <int N, int S = N>
 void load_transposed(const double* const* from, std::size_t i, double* square) {
   constexpr int W = std::min(kRow<N>, S);
@@ -111,8 +112,9 @@ template <int N>
   load_transposed_rows<N>([&](int k) { return square + k * N; }, rows);
 }
 
-// The first n / N * N entries of all states, n >= N, to addresses of any alignment.  Stores that straddle two
-// cache lines cost twice, so what two squares have for a line is put together first; only the ends straddle.
+// Stores the first n / N * N entries of all states, n >= N, at addresses of any alignment.  A store across two cache
+// lines costs twice, so the parts of two squares that belong to one line are joined first.  Only the first and last
+// stores cross lines.
 template <int N>
 void store_in_lines(const double* block, double* const* to, std::size_t n) {
   using Bits = typename Mask<N>::Bits;
@@ -144,20 +146,20 @@ void store_in_lines(const double* block, double* const* to, std::size_t n) {
 
 }  // namespace detail
 
-// A block of N states from n entries of `lanes` of them, state k at states + k stride, 1 <= lanes <= N: entry i
-// of state k goes to block[i N + k].  Lanes beyond the last state repeat it, so that they compute something
-// harmless.  Nothing beyond the n entries of a state is read.
+// Loads n entries of each of `lanes` states, 1 <= lanes <= N, into a block of N states: entry i of state k, at
+// states + k stride, goes to block[i N + k].  Lanes beyond the last state repeat that state, so that they compute
+// harmless values.  Reads nothing beyond the n entries of a state.
 template <int N>
 void gather_lanes(const double* states, std::size_t stride, int lanes, double* block, std::size_t n) {
   const double* from[N];
   for (int k = 0; k < N; ++k) from[k] = states + stride * static_cast<std::size_t>(k < lanes ? k : lanes - 1);
   std::size_t i = 0;
   for (; i + N <= n; i += N) detail::load_transposed<N>(from, i, block + i * N);
-  if (i < n && n >= N) {  // some entries once more: cheaper than one by one
+  if (i < n && n >= N) {  // loads some entries twice, which is cheaper than one by one
     i = n - N;
     return detail::load_transposed<N>(from, i, block + i * N);
   }
-  if constexpr (N == 8) {  // nor one by one where there is half a square
+  if constexpr (N == 8) {  // half a square, likewise
     if (n >= N / 2 && n < N) {
       detail::load_transposed<N, N / 2>(from, 0, block);
       i = n - N / 2;
@@ -169,7 +171,7 @@ void gather_lanes(const double* states, std::size_t stride, int lanes, double* b
   }
 }
 
-// The reverse; lanes beyond the last state are not written.
+// The reverse of gather_lanes; does not write lanes beyond the last state.
 template <int N>
 void scatter_lanes(const double* block, std::size_t n, double* states, std::size_t stride, int lanes) {
   double* to[N];

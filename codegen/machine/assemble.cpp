@@ -100,7 +100,7 @@ class Assembly {
 
   // --- what is known before the first instruction ---
 
-  // Behind what nobody wants.
+  // After the unused values.
   std::uint32_t first_condition() const {
     return static_cast<std::uint32_t>(
         std::max({derived_.n_y, derived_.jacobian.nnz(), derived_.hessian.nnz()}));

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Which flags generated code is compiled with.
+// Compiler flags of generated code.  The contract flags keep the results of compiled code equal to the
+// interpreter's, bit for bit.
 //
 //   contract_flags()                   -ffp-contract=off -fno-tree-slp-vectorize -fno-builtin-pow ...
 //   accepted_flags({"-O3", "-ffast-math"})        {"-O3"}, and a notice that -ffast-math is left out
 //
-// The contract: no contraction into fma, no relaxed arithmetic, and every elementary function is libm's, once
-// for each time it stands in the text.  Left to itself gcc rewrites pow(x, 2.0) to x * x and pairs sin and
-// cos into one call, and folds calls of constants, with other last bits.  Functions that are exact whoever
-// computes them (sqrt, fabs, floor, ...) stay built in: they are single instructions.
+// The contract: no contraction into fma, no relaxed arithmetic, and one call of libm for each elementary function in
+// the text.  Without these flags, gcc rewrites pow(x, 2.0) to x * x, joins sin and cos into one call, and folds
+// calls of constants; the last bits change.  Exact functions (sqrt, fabs, floor, ...) stay built in: they are single
+// instructions and give the same bits everywhere.
 #pragma once
 
 #include <string>
@@ -20,27 +21,29 @@
 namespace dyntape::codegen {
 
 const std::vector<std::string>& contract_flags();
-// What of it matters to code with these operators only: shorter, for people.
+// The contract flags that matter to code with these operators only: a shorter list, for people.
 std::vector<std::string> contract_flags(const std::vector<Op>& operators);
 
-// The function of libm that the operator's C is a call of: "atan2"; empty for the others.
+// The name of the libm function that the operator's C calls: "atan2"; empty if the operator calls none.
 std::string_view called_function(Op op);
 
-// Those that text with these operators calls, each once, with the number of arguments.
+// The libm functions that text with these operators calls, each once, with the number of arguments.
 struct Called {
   std::string function;
   int arity;
 };
 std::vector<Called> called_functions(const std::vector<Op>& operators);
 
-// Whether what is compiled for this machine with these flags of a user has an instruction for fma(x, y, z).  Of
-// another processor than the one at hand only what its flags say by name is known: -mfma.
+// Whether code that is compiled on this machine with these user flags has an instruction for fma(x, y, z).  For
+// another processor (-march=), only flags that name the feature count: -mfma.
 bool has_fma(const std::vector<std::string>& flags);
 
-// The flags of a user that may be passed on, in order; what is left out is said once on stderr.  Passed on are levels
-// (-O2), -g, -W, processors and what they can do (-march=, -mcpu=, -mtune=, -mavx2, -mno-avx512f, -mfma, ...),
-// definitions of names in capitals, which nothing that is printed uses (-DNAME=1), and folders of headers (-I), whose
-// text then is a part of the key of a library (identity.h).
+// The user's flags that are passed on, in order.  Flags that are left out are reported once on stderr.  Passed on
+// are:
+// - levels (-O2), -g, -W
+// - processors and their features (-march=, -mcpu=, -mtune=, -mavx2, -mno-avx512f, -mfma, ...)
+// - definitions of names in capitals (-DNAME=1); generated code uses no such names
+// - folders of headers (-I); their text becomes part of a library's key (identity.h)
 std::vector<std::string> accepted_flags(const std::vector<std::string>& flags);
 
 }  // namespace dyntape::codegen

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How many lanes processors have, and what a compiler has to be told to use them.
+// The numbers of lanes of processors, and the compiler flags for each number.
 //
-//   lane_widths(Lanes::kAll)       {2, 4, 8} on x86-64: SSE2, AVX2, AVX-512; {2} on others
-//   lane_widths(Lanes::kNative)    {8} with AVX-512, ...
-//   lane_flags(8)                  {"-mavx512f", "-mavx512dq", ...}
+//   lane_widths(Lanes::kAll)       {2, 4, 8} on x86-64 (SSE2, AVX2, AVX-512), {2} on other processors
+//   lane_widths(Lanes::kNative)    the widest of this processor: {8} with AVX-512, ...
+//   lane_flags(8)                  {"-DDYNTAPE_LANES=8", "-mavx512f", "-mavx512dq", ...}
 //   has_lanes(8)                   whether this processor can run such a kernel
 #pragma once
 

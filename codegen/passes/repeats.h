@@ -13,7 +13,7 @@
 // its arguments belong to that belong to one, and to none where parts meet, like the sum of what the legs exert.
 // Nodes of different parts correspond if their operators and arguments do.
 //
-// Time is linear in the graph.  Whatever is found, parts are equal: it is a guess only how much of them is.
+// Time is linear in the graph.  All returned parts are equal.  The heuristic only affects how many are found.
 #pragma once
 
 #include <vector>

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Which functions CasADi looks up of foreign code, and where the numbers of each argument stand in ours.
+// The functions that CasADi looks up in external code, and the layout of their arguments.
 //
 //   CasadiBlocks blocks;
 //   blocks.inputs = {{"q", 7}, {"v", 7}, {"tau", 7}}, blocks.outputs = {{"ddq", 7}};
 //   for (const CasadiFunction& f : casadi_functions(blocks, Order::kSecond, jacobian, hessian)) ...
 //
 //   f            q, v, tau -> ddq                                            values
-//   jac_f        q, v, tau, out_ddq -> jac_ddq_q, jac_ddq_v, jac_ddq_tau     first order: a sparse block each
+//   jac_f        q, v, tau, out_ddq -> jac_ddq_q, jac_ddq_v, jac_ddq_tau     first order: one sparse block each
 //   adj1_f       q, v, tau, out_ddq, adj_ddq -> adj_q, adj_v, adj_tau        first order: of a weighted sum of results
 //   jac_adj1_f   the arguments of adj1_f, its results -> jac_adj_q_q, ...    second order: exact Hessians
 //
-// Matrices are row by row in a recorded function and column by column in CasADi.
+// Matrices are row-major in a recorded function and column-major in CasADi.
 #pragma once
 
 #include <cstdint>
@@ -34,13 +34,13 @@ struct CasadiBlocks {
 };
 
 struct CasadiArgument {
-  // kNothing: an input that is not read, a result without non-zeros.
+  // kNothing: an unused input, or a result without non-zeros.
   enum Array { kNothing, kX, kWeights, kY, kJacobian, kHessian, kGradient };
   std::string name;
   std::vector<long long>
       sparsity;  // rows, columns, 1 for a dense one, else compressed columns and their rows
   Array array = kNothing;
-  std::vector<std::uint32_t> places;  // in the array, of each non-zero
+  std::vector<std::uint32_t> places;  // index in the array, for each non-zero
 };
 
 struct CasadiFunction {
@@ -49,8 +49,8 @@ struct CasadiFunction {
   std::vector<CasadiArgument> in, out;
 };
 
-// Up to an order.  ArgumentError for a function with parameters or weights (all_as_variables()), and for blocks whose sizes do not
-// add up to its own.
+// The functions up to an order.  ArgumentError for a function with parameters or weights (all_as_variables()), and
+// for blocks whose sizes do not add up to the function's.
 std::vector<CasadiFunction> casadi_functions(const Function& function, const CasadiBlocks& blocks,
                                              Order order, const Pattern& jacobian, const Pattern& hessian);
 

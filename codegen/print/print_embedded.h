@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Prints a function and its derivatives for a microcontroller or any program of one's own: plain functions, one
-// for each order, without descriptor, heap or anything of the C library but libm.
+// Prints a function and its derivatives for microcontrollers: plain functions, one per order, without descriptor,
+// heap or libraries except libm.
 //
 //   EmbeddedOptions how;
 //   how.single = true;                                       float instead of double, throughout
@@ -11,13 +11,13 @@
 //                        extern const unsigned short arm_jacobian_row[98], arm_jacobian_col[98];
 //   e.source.text        C99 that is also C++ and compiles freestanding
 //
-// Parameters are x, p, w, y, jacobian, hessian, those without entries left out; second order has its weights,
-// one an output, behind the function's own in w.  Arrays overlap with nothing.  A function with guards returns
-// 0, or 1 + the index of the first violated guard; others return nothing.
+// Parameters are x, p, w, y, jacobian, hessian, without empty ones.  In second order the Hessian's weights, one per
+// output, follow the function's own in w.  Arrays must not overlap.  A function with guards returns 0, or 1 + the
+// index of the first violated guard; others return nothing.
 //
-// Values that live longer than a piece lie in static arrays, so that an entry point must not be entered twice at
-// a time; compiled with -DDYNTAPE_WORK= they lie on the stack.  The banner states both, and the stack of every
-// entry point: a bound that holds at any optimisation level, and what a compiler made of it (stack_usage.h).
+// Values that live longer than a piece are in static arrays, so an entry point is not reentrant.  With
+// -DDYNTAPE_WORK= they are on the stack.  The banner states the size of both, and the stack of every entry point: a
+// bound for any optimisation level, and the value from a compiler (stack_usage.h).
 #pragma once
 
 #include <string>
@@ -27,24 +27,25 @@
 
 namespace dyntape::codegen {
 
-// Bytes of stack of each entry point, as a compiler states them.
+// Bytes of stack of each entry point, from a compiler.
 struct StackUse {
   std::vector<std::size_t> bytes;   // by kernel
-  std::vector<std::string> beyond;  // functions of libm, whose own stack comes on top
+  std::vector<std::string> beyond;  // functions of libm, whose stack is additional
   std::string with;                 // "arm-none-eabi-gcc 12.2.1 -O2 -mcpu=cortex-m7"
 };
 
 struct EmbeddedOptions {
   bool single = false;    // float
-  bool own_trig = false;  // sin and cos printed (own_trig.h); other functions stay libm's
-  StackUse stack;         // to be stated in the banner; empty: the bound alone
+  bool own_trig = false;  // sin and cos are printed (own_trig.h); other functions are libm's
+  StackUse stack;         // for the banner; empty: the bound only
 };
 
 struct EmbeddedSource {
-  Source source;                          // symbol and pieces are empty
-  std::vector<std::string> entries;       // "arm_value", by kernel
-  std::vector<std::size_t> stack_bounds;  // bytes, by kernel; 0: calls a kernel written by hand, so unknown
-  std::vector<std::size_t> work;          // bytes of static arrays, by kernel
+  Source source;                     // symbol and pieces are empty
+  std::vector<std::string> entries;  // "arm_value", by kernel
+  std::vector<std::size_t>
+      stack_bounds;               // bytes, by kernel; 0: unknown, since it calls a hand-written kernel
+  std::vector<std::size_t> work;  // bytes of static arrays, by kernel
 };
 
 // Throws ArgumentError if sets.functions are the portable ones.

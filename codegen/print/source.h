@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What printers take and give.
+// Input and output of the printers.
 //
 //   KernelSets sets = {function, "arm", content_hash(function), Profile::kStrict, plans};
 //   Source source = print_c(sets);                                                          print_c.h
@@ -15,7 +15,7 @@
 
 namespace dyntape::codegen {
 
-// One kernel: a derived function and the order in which it is computed.
+// One kernel: a derived function and its order of computation.
 struct KernelPlan {
   Derivatives derivatives;
   Schedule schedule;
@@ -27,13 +27,13 @@ struct KernelSets {
   std::string content_hash;
   Profile profile = Profile::kStrict;
   std::vector<KernelPlan> kernels;     // by order, from kValue
-  std::size_t piece_statements = 250;  // of the functions that are called
+  std::size_t piece_statements = 250;  // length of the called functions
   Functions functions = Functions::kLibm;
 };
 
 struct Source {
   std::string text;
-  std::string header;  // declares what the text exports
+  std::string header;  // declarations of the exports
   std::string name;    // as a C identifier
   std::string symbol;
   std::vector<std::size_t> pieces;      // length of each in statements; piece 0 holds tables and entry points

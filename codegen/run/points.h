@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Many points in memory: what a function is evaluated at, and where its results go.
+// Many points in memory: inputs of an evaluation and the destination of its results.
 //
-//   Points points{.count = 100, .x = x, .y = y};      x (100 x n_x), y (100 x n_y), point after point
+//   Points points{.count = 100, .x = x, .y = y};      x (100 x n_x), y (100 x n_y), contiguous
 //   const Strides strides{.x = n_x, .y = n_y + 3};    gaps between results, one p for all points
 //   points.strides = &strides;
 #pragma once
@@ -21,15 +21,15 @@ struct Points {
   std::size_t count = 1;
   const double *x = nullptr, *p = nullptr, *w = nullptr;
   double *y = nullptr, *jacobian = nullptr, *hessian = nullptr;
-  const Strides* strides = nullptr;  // null: without gaps; a stride of 0: one block for all
-  std::uint32_t* status = nullptr;   // a word a point: 0, or 1 + index of the first violated guard
+  const Strides* strides = nullptr;  // null: contiguous; a stride of 0: one block for all points
+  std::uint32_t* status = nullptr;   // one word per point: 0, or 1 + index of the first violated guard
 
-  // For those who keep their points in lanes: blocks of so many = W side by side, entry i of lane l of block b of an
-  // array of n entries a point at [(b n + i) W + l].  The count is a multiple of W; strides are those of blocks.
+  // For points in SIMD layout: blocks of W = this number of points; entry i of lane l of block b of an array with n
+  // entries per point is at [(b n + i) W + l].  The count is a multiple of W; strides are those of blocks.
   std::size_t side_by_side = 1;
 };
 
-// The first point at which a recorded branch was left; false if there is none.
+// The first point that left a recorded branch; converts to false if there is none.
 struct Violation {
   std::uint32_t guard = 0;  // 1 + index
   std::size_t point = 0;
@@ -38,7 +38,7 @@ struct Violation {
 
 namespace codegen {
 
-// `count` of all points, from `first` on: whole blocks.
+// `count` of the points, starting at `first`; whole blocks.
 inline Points part_of(const Points& all, const Strides& strides, std::size_t first, std::size_t count) {
   const std::size_t block = first / all.side_by_side;
   const auto from = [](auto* start, std::size_t by) { return start ? start + by : nullptr; };

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where the arguments and the results of long calls lie, such as loops over matrices: the arguments side by side
-// in the work array, into which they are stored as they are computed; the results there as well or, where they
-// are outputs in their order and nothing else, in the output array.  Nothing is copied for the call.
+// The memory layout of arguments and results of long calls, such as loops over matrices.  Arguments are contiguous
+// in the work array, where they are stored as they are computed.  Results are there too, or directly in the output
+// array if they are outputs in this order.  A call copies nothing.
 //
-//   std::vector<CallPlace> places = place_calls(function, {{0, n_y}}, work);       // work grows by what they take
+//   std::vector<CallPlace> places = place_calls(function, {{0, n_y}}, work);       // work grows by their size
 //
-// A part that is there several times (outline.h) writes its outputs itself: those that lie equally far apart in
-// all of its calls go through one pointer.
+// A repeated part (outline.h) writes its outputs itself: outputs with equal distances in all calls use one pointer.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +16,7 @@
 
 namespace dyntape::codegen {
 
-// A range of outputs that belong together: the value, the Jacobian, the Hessian.
+// A range of outputs: the value, the Jacobian, the Hessian.
 struct OutputRange {
   std::size_t begin, end;
 };
@@ -31,20 +30,20 @@ struct OutputRun {
 struct CallPlace {
   static constexpr std::size_t kInWork = static_cast<std::size_t>(-1);
   NodeId call;
-  std::uint32_t in = 0, out = 0;     // the first slots; no `out` where the results are outputs
-  std::size_t outputs = kInWork;     // or the first of these
+  std::uint32_t in = 0, out = 0;     // the first slots; no `out` if the results are outputs
+  std::size_t outputs = kInWork;     // or the first of these outputs
   std::vector<OutputRun> runs = {};  // of a part, by result
 
-  // Whether the callee writes the output that the result is.
+  // Returns true if the callee writes the output of this result.
   bool writes(std::size_t result) const;
 };
 
-// Arguments of a call that lie in the work array: all but the constants of a part (outline.h), which are the parameters
-// of its function.
+// Arguments of a call in the work array: all except the constants of a part (outline.h), which are the parameters of
+// its function.
 std::size_t stored_arguments(const Graph& graph, NodeId call);
 
-// Of every call with more than 64 arguments and results, of every part, and of those behind the first short calls
-// with 512 together, by node.
+// The layouts by node, for every part, every call with more than 64 arguments and results, and every shorter call
+// after the previous short calls have 512 arguments and results in total.
 std::vector<CallPlace> place_calls(const Function& function, const std::vector<OutputRange>& groups,
                                    std::size_t& work);
 

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The order in which a kernel computes, and where a long body is cut into pieces.
+// The order of computation of a kernel, and the cuts of a long body into pieces.
 //
 //   Schedule s = schedule(function, {{0, n_y}, {n_y, n_y + nnz}}, 400);
 //   for (const Piece& piece : s.pieces) for (i in piece.begin .. piece.end) print(s.steps[i]);
 //
-// Values that several sections need come first, then those of the value alone, of the Jacobian alone, of the
-// Hessian alone.  A result is stored, and a guard checked, as soon as its value is there.  Within a section
-// the order is the recorded one: it keeps fewer values alive than a depth-first order from the outputs (arm
-// 330 against 538, humanoid 868 against 1351) and runs up to a tenth faster.
+// Values for several sections come first, then those of the value alone, of the Jacobian alone, of the Hessian
+// alone.  A result is stored, and a guard checked, as soon as its value is available.  Within a section the recorded
+// order is kept: it has fewer live values than a depth-first order from the outputs (arm 330 against 538, humanoid
+// 868 against 1351) and is up to a tenth faster.
 //
-// gcc's time and memory grow faster than a function's length, so a long body is cut into functions of some
-// hundred statements, at places where few values cross.  What crosses lies in the caller's work array; its
-// slots are used again once their value is not needed any more (a linear scan).  Cutting changes no result.
+// gcc's time and memory grow faster than the length of a function.  So a long body is cut into functions of some
+// hundred statements, at positions where few values cross.  Crossing values are in the caller's work array, whose
+// slots are reused (linear scan).  Cuts change no result.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct Step {
   std::uint32_t index;  // the node, the output or the guard
 };
 
-// Steps [begin, end) under one heading.  `shared` is the number of the group, or kShared.
+// Steps [begin, end) with one heading.  `shared` is the number of the group, or kShared.
 struct Section {
   static constexpr int kShared = -1;
   int group;
@@ -45,8 +45,8 @@ struct Crossing {
 struct Piece {
   std::size_t begin, end;        // of steps
   std::vector<Crossing> loads;   // values of earlier pieces that this one uses
-  std::vector<Crossing> stores;  // values that later pieces or long calls read, by node
-  std::array<std::vector<std::uint32_t>, kBlocks> inputs;  // entries of x, p, w that it reads, sorted
+  std::vector<Crossing> stores;  // values used by later pieces or long calls, by node
+  std::array<std::vector<std::uint32_t>, kBlocks> inputs;  // entries of x, p, w that it uses, sorted
 };
 
 struct Schedule {
@@ -55,13 +55,13 @@ struct Schedule {
   std::vector<Piece> pieces;     // at least one
   std::vector<CallPlace> calls;  // the long ones, by node
   std::size_t work = 0;          // slots
-  std::size_t live = 0;          // most values that are live at once
+  std::size_t live = 0;          // largest number of live values
 
-  // The place of a long call; null for any other node.
+  // The layout of a long call; null for any other node.
   const CallPlace* long_call(NodeId id) const;
 };
 
-// Calls of portable functions are brought together (gather.h).
+// Groups calls of portable functions (gather.h).
 Schedule schedule(const Function& function, const std::vector<OutputRange>& groups,
                   std::size_t piece_statements, Functions functions = Functions::kLibm);
 

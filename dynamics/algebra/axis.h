@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A constant unit direction, known before any algorithm runs.
+// A constant unit direction whose structure (coordinate axis or general) is known before any algorithm runs.
 //
 //   Axis axis = Axis::from(Eigen::Vector3d::UnitZ());
-//   dot(axis, x);            // x[2], and not three products with two zeros
+//   dot(axis, x);            // x[2], instead of three products with two zeros
 //
-// Most joints turn about a coordinate axis.  What is structure is decided here on plain doubles, so that
-// neither a branch nor a product with zero reaches a recording or costs time.
+// Most joints turn about a coordinate axis.  The structure is decided here on plain doubles, so no branch and no
+// product with zero reaches a recording or costs time.
 #pragma once
 
 #include <dyntape/dynamics/algebra/spatial.h>
@@ -15,7 +15,7 @@ namespace dyntape::dynamics {
 
 struct Axis {
   int index = 2;         // 0, 1, 2: the coordinate axis; -1: a general direction
-  bool flipped = false;  // the negative coordinate axis
+  bool flipped = false;  // true: the negative coordinate axis
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
 
   static Axis from(const Eigen::Vector3d& a) {
@@ -93,9 +93,9 @@ DYNTAPE_INLINE Matrix3<T> rotate_about(const Matrix3<T>& R, const Axis& axis, co
   return Q;
 }
 
-// One column S of a joint's motion subspace, in the moving frame: a unit translation (axis; 0), a unit
-// rotation (0; axis) or a screw (pitch axis; axis).  S is constant there for every joint type, hence the bias
-// acceleration is v x S qd and nothing else.
+// One column S of a joint's motion subspace, in the moving frame: a unit translation (axis; 0), a unit rotation (0;
+// axis) or a screw (pitch axis; axis).  S is constant there for every joint type, so the bias acceleration is v x S
+// qd.
 struct Dof {
   int joint = -1;
   bool angular = true;

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the recursions carry up a tree: composite inertias, articulated inertias and velocity products.
+// Quantities that the recursions accumulate along a tree: composite inertias, articulated inertias, velocity
+// products.
 //
 //   Composite<double> sum = composite(inertia_of_leaf);
-//   accumulate(X_PB, sum, parent_sum);       // parent_sum += sum, seen from the parent
+//   accumulate(X_PB, sum, parent_sum);       // parent_sum += sum, transformed to the parent
 //
-// All quantities are about the origin of the frame they are expressed in; t = X_PB.p, r' = R r + t.
+// All quantities are about the origin of their frame; t = X_PB.p, r' = R r + t.
 #pragma once
 
 #include <dyntape/dynamics/algebra/axis.h>
 
 namespace dyntape::dynamics {
 
-// A rigid body, or several welded together: mass, h = m c, and inertia about the origin.  Unlike Inertia it
-// adds without a division, so that massless parts need no care.
+// A rigid body, or several welded together: mass, h = m c, and inertia about the origin.  Unlike Inertia it adds
+// without division, so massless parts need no special case.
 template <class T>
 struct Composite {
   T mass = T(0);
@@ -31,7 +32,7 @@ DYNTAPE_INLINE Force<T> operator*(const Composite<T>& I, const Motion<T>& v) {
   return {v.linear * I.mass + v.angular.cross(I.h), I.I_o * v.angular + I.h.cross(v.linear)};
 }
 
-// I S for one column of a motion subspace.
+// I S for a column of a motion subspace.
 template <class T>
 DYNTAPE_INLINE Force<T> operator*(const Composite<T>& I, const Dof& S) {
   if (S.angular && S.pitch == 0) return {-cross(I.h, S.axis), times(I.I_o, S.axis)};
@@ -65,11 +66,11 @@ DYNTAPE_INLINE void accumulate(const Placement<T>& X_PB, const Composite<T>& I, 
   parent.h += h + mt;
 }
 
-// What velocity does to the derivatives of inverse dynamics: integrals over the mass, u the velocity of a
-// point at r,
-//   p = int u dm,   U = int u r^T dm,
-// in which the matrix of velocity products of a set of bodies (Coriolis and gyroscopic, twice the B of the
-// literature) is  2 B (l, w) = (-2 p x w,  2 (tr(U) w - U w)):  it has no slope in l.
+// The velocity terms in the derivatives of inverse dynamics, as integrals over the mass, with u the velocity of a
+// point at r:
+//   p = int u dm,   U = int u r^T dm.
+// The matrix of velocity products of a set of bodies (Coriolis and gyroscopic, twice the B of the literature) is 2 B
+// (l, w) = (-2 p x w,  2 (tr(U) w - U w)):  independent of l.
 template <class T>
 struct VelocityProduct {
   Vector3<T> p = Vector3<T>::Zero();
@@ -87,7 +88,7 @@ DYNTAPE_INLINE VelocityProduct<T> velocity_product(const Composite<T>& I, const 
   return w;
 }
 
-// u does not depend on where the frame's origin is, r does: U' = R U R^T + (R p) t^T.
+// u does not depend on the frame's origin, r does: U' = R U R^T + (R p) t^T.
 template <class T>
 DYNTAPE_INLINE void accumulate(const Placement<T>& X_PB, const VelocityProduct<T>& w,
                                VelocityProduct<T>& parent) {
@@ -140,8 +141,8 @@ DYNTAPE_INLINE Force<T> operator*(const Articulated<T>& I, const Dof& S) {
   return {times(I.H, S.axis) + pushed.linear * h, times(I.J, S.axis) + pushed.angular * h};
 }
 
-// I - U U^T / D for U = I S, D = S.U + armature.  Along S what is left is U armature / D, written as such: it
-// is zero where there is no armature, to the last bit and on the tape.
+// I - U U^T / D for U = I S, D = S.U + armature.  Along S the remainder is U armature / D, computed as such: it is
+// exactly zero without armature, also on the tape.
 template <class T>
 DYNTAPE_INLINE Articulated<T> without(const Articulated<T>& I, const Dof& S, const Force<T>& U,
                                       const T& D_inverse, const T& armature) {

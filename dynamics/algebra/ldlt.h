@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A = L D L^T and A = L^T D L of a symmetric positive definite matrix, without a branch and without a root.
+// Factorisations A = L D L^T and A = L^T D L of symmetric positive definite matrices, without branches and square
+// roots.
 #pragma once
 
 #include <dyntape/dynamics/algebra/scalar.h>
 
 namespace dyntape::dynamics {
 
-// The lower triangle of A becomes L, but for the ones of its diagonal; the rest is left alone.
+// The lower triangle of A becomes L without its unit diagonal; the rest of A does not change.
 template <class Matrix, class Vector>
 DYNTAPE_INLINE void factor_ldlt(Matrix& A, Vector& D_inverse) {
   using T = typename Matrix::Scalar;
@@ -20,15 +21,15 @@ DYNTAPE_INLINE void factor_ldlt(Matrix& A, Vector& D_inverse) {
       d -= scaled * A(j, k);
     }
     D_inverse[j] = T(1) / d;
-    for (Eigen::Index i = j + 1; i < n; ++i) {  // times D_j, until row i is reached
+    for (Eigen::Index i = j + 1; i < n; ++i) {  // times D_j until row i is reached
       for (Eigen::Index k = 0; k < j; ++k) A(i, j) -= A(i, k) * A(j, k);
     }
   }
 }
 
-// A = L^T D L, from the last row to the first, likewise.  Row k has entries where above(k), above(above(k)), ... say,
-// down to -1: the branches of a tree do not see each other, and nothing is filled in (R. Featherstone, Rigid Body
-// Dynamics Algorithms, 2008, 6.3 and 6.5).
+// A = L^T D L, from the last row to the first.  Row k has entries at above(k), above(above(k)), ... down to -1:
+// branches of a tree are independent, and there is no fill-in.  Source: R. Featherstone, Rigid Body Dynamics
+// Algorithms, 2008, 6.3 and 6.5.
 template <class T, class Above>
 void factor_from_last(MatrixX<T>& A, VectorX<T>& D_inverse, Above above) {
   for (int k = static_cast<int>(A.rows()) - 1; k >= 0; --k) {

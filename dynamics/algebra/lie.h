@@ -3,7 +3,7 @@
 // Rotations and rigid placements as Lie groups: exponential, logarithm and their Jacobians.
 //
 //   Placement<double> X1 = X0 * exp(xi);              // xi: displacement in the body frame of X0 (m, rad)
-//   Motion<double>    xi = log(inverse(X0) * X1);     // back again, |angular| <= pi
+//   Motion<double>    xi = log(inverse(X0) * X1);     // the inverse, |angular| <= pi
 //   Matrix6<double>   J  = right_jacobian(xi);        // in the body frame: exp(xi + d) = exp(xi) exp(J d)
 //
 // With W = [w]x, z = w.w and the coefficients c_k(z) of stumpff.h:
@@ -13,10 +13,10 @@
 //   exp (v, w)       = (exp w, Jl(w) v)
 //   Jr(v, w)         = [Jr(w) Q; 0 Jr(w)],   Q = derivative of Jr at w in direction v, since a screw's
 //                      adjoint [W V; 0 W] is W + e V with e^2 = 0
-// They hold from 0 (where they are exact, with exact first and second derivatives) to 2 pi.
+// The formulas hold from 0 (where values, first and second derivatives are exact) to 2 pi.
 //
-// Quaternions are stored (x y z w).  They have any length but zero, from the smallest double to the largest: every
-// function divides by the norm on entry, so all routes see the same rotation; q and -q give bit-equal results.  log
+// Quaternions are stored (x y z w) with any nonzero norm, from the smallest double to the largest.  Every function
+// normalises its argument, so all routes have the same rotation.  q and -q give results with equal bits.  log
 // returns an angle in [0, pi].
 #pragma once
 
@@ -28,15 +28,15 @@
 
 namespace dyntape::dynamics {
 
-// |q|^2, summed in one order for every scalar.
+// |q|^2, summed in the same order for every scalar.
 template <class T>
 T squared_length(const Vector4<T>& q) {
   return (q[0] * q[0] + q[1] * q[1]) + (q[2] * q[2] + q[3] * q[3]);
 }
 
-// What brings a vector of squared length z to where squares of its entries neither overflow nor lose digits: a power of two
-// where the length is above 2^384 or below 2^-384 (floats: 48), and one, which changes no bit, between.  Scalars without
-// an order, like complex ones, are taken as they are.
+// A factor that scales a vector of squared norm z so that squares of its entries neither overflow nor lose digits: a
+// power of two if the norm is above 2^384 or below 2^-384 (floats: 48), else one, which changes no bit.  Scalars
+// without an order, such as complex ones, are not scaled.
 template <class T>
 T moderation(const T& z) {
   if constexpr (requires { z < z; }) {
@@ -48,13 +48,13 @@ T moderation(const T& z) {
   }
 }
 
-// The same direction, of moderate length.
+// The same direction with moderate norm.
 template <class T>
 Vector4<T> moderate(const Vector4<T>& q) {
   return q * moderation(squared_length(q));
 }
 
-// A quaternion (x y z w), of any length but zero.
+// A quaternion (x y z w), of any nonzero norm.
 template <class T>
 Matrix3<T> rotation(const Vector4<T>& of_any_length) {
   const Vector4<T> q = moderate(of_any_length);
@@ -69,7 +69,7 @@ Matrix3<T> rotation(const Vector4<T>& of_any_length) {
   return R;
 }
 
-// Rotation a followed, in its own frame, by rotation b.
+// Rotation a, then rotation b in its frame.
 template <class T>
 Vector4<T> quaternion_product(const Vector4<T>& a, const Vector4<T>& b) {
   const Vector3<T> u = a.template head<3>(), v = b.template head<3>();
@@ -88,8 +88,8 @@ Vector4<T> normalized(const Vector4<T>& of_any_length) {
   return q * T(T(1) / sqrt(squared_length(q)));
 }
 
-// A quaternion of the rotation R, in the row of 4 q q^T (linear in R) with the largest diagonal: no root of a
-// difference, so half a turn is as accurate as none.
+// A quaternion of the rotation R, from the row of 4 q q^T (linear in R) with the largest diagonal.  There is no
+// square root of a difference, so half a turn is as accurate as any angle.
 template <class T>
 Vector4<T> quaternion(const Matrix3<T>& R) {
   Eigen::Matrix<T, 4, 4> K;  // 4 q q^T
@@ -123,9 +123,9 @@ Matrix3<T> exp(const Vector3<T>& w) {
   return Matrix3<T>::Identity() + W * stumpff<1>(z) + W * W * stumpff<2>(z);
 }
 
-// Rotation vector of a quaternion, |w| <= pi.  With v, w the parts of the sheet w >= 0 (where w is zero: last
-// non-zero entry of v positive) and n = |q|:  4 atan(|v| / (n + w)) / |v| v, smooth up to and including half
-// a turn.
+// Rotation vector of a quaternion, |w| <= pi.  With v, w the parts of the representative with w >= 0 (if w is zero:
+// last nonzero entry of v positive) and n = |q|:  4 atan(|v| / (n + w)) / |v| v, smooth up to and including half a
+// turn.
 template <class T>
 Vector3<T> log(const Vector4<T>& of_any_length) {
   const Vector4<T> q = moderate(of_any_length);
@@ -133,7 +133,7 @@ Vector3<T> log(const Vector4<T>& of_any_length) {
   const auto sign = [&](const T& x, const T& of_zero) {
     return select(x < zero, minus, select(x > zero, one, of_zero));
   };
-  // Not a loop: gcc 12 vectorises it and takes the first sign for the last.
+  // Not a loop: gcc 12 vectorises it and uses the first sign for the last.
   const T sheet = sign(q[3], sign(q[2], sign(q[1], sign(q[0], one))));
   const Vector3<T> v = q.template head<3>() * sheet;
   const T s = v.squaredNorm(), w = q[3] * sheet;

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What an algorithm of dynamics/ may do with a scalar.
+// The operations that an algorithm of dynamics/ may use on a scalar.
 //
 //   template <class T> T smooth_abs(const T& x) { return sqrt(x * x + T(1e-6)); }   // unqualified calls
 //   template <class T> T relu(const T& x) { return select(x > T(0), x, T(0)); }     // no `if` on a T
 //
-// Every algorithm is one template on the scalar T: double, float, a 113-bit float, a recording scalar, a pack
-// of lanes.  Mathematical functions are called unqualified: the declarations below serve the built-in floats,
-// every other scalar answers by argument-dependent lookup.  A decision on a value of type T is `select`,
-// never `if`, so that a recording holds both sides; a decision on the structure of a robot is an `if` on
-// plain data.
+// Every algorithm is a template on the scalar T: double, float, a 113-bit float, a recording scalar, a pack of
+// lanes.  Call mathematical functions unqualified: the declarations below are for built-in floats, other scalars use
+// argument-dependent lookup.  A decision on a value of type T is `select`, never `if`, so that a recording has both
+// sides.  A decision on the structure of a robot is an `if` on plain data.
 #pragma once
 
 #include <cmath>
@@ -19,12 +18,12 @@
 
 #include <dyntape/dynamics/algebra/vec3.h>
 
-// Compiles a function template of dynamics/ for T; one that is overloaded is written out (instantiate.h).
+// Compiles a function template of dynamics/ for T; overloaded ones are listed in full (instantiate.h).
 #define DYNTAPE_COMPILE(function, T, ...) \
   __VA_ARGS__ template decltype(dyntape::dynamics::function<T>) dyntape::dynamics::function<T>;
 
-// What a file compiles stands in the library for built-in floats: a unit that includes the file, maybe compiled with other
-// flags, takes it from there and emits none of its own.
+// For built-in floats the library has the code: a unit that includes the file, possibly with other flags, uses the
+// library's and emits none.
 #define DYNTAPE_DECLARE_BUILT_IN(instantiate) instantiate(double, extern) instantiate(float, extern)
 
 namespace dyntape::dynamics {
@@ -42,19 +41,19 @@ using std::sqrt;
 using std::tan;
 using std::tanh;
 
-// a where the condition holds, else b; for scalars whose comparisons are plain bools.  It takes a bool and
-// nothing that converts to one: a recorded condition that found no `select` of its own must not compile.
+// a if the condition holds, else b; for scalars whose comparisons are plain bools.  Accepts bool only, without
+// conversion: a recorded condition without its own `select` must not compile.
 template <class C, class T>
 requires std::same_as<C, bool> T select(C condition, const T& a, const T& b) { return condition ? a : b; }
 
-// Both at once; scalars that have them together at the price of one bring their own.
+// Both at once; a scalar that computes both for the cost of one defines its own.
 template <class T>
 void sincos(const T& x, T& sine, T& cosine) {
   sine = sin(x);
   cosine = cos(x);
 }
 
-// Binary digits a series must resolve for T; scalars that wrap double do not specialise numeric_limits.
+// Binary digits that a series must resolve for T; scalars that wrap double do not specialise numeric_limits.
 template <class T>
 inline constexpr int kDigits = std::numeric_limits<T>::digits > 0 ? std::numeric_limits<T>::digits : 53;
 
@@ -71,7 +70,7 @@ using MatrixX = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
 template <class T>
 using Matrix6X = Eigen::Matrix<T, 6, Eigen::Dynamic>;
 
-// A vector argument: any contiguous Eigen vector, without a copy.  The scalar is deduced from the model.
+// A vector argument: any contiguous Eigen vector, without copy.  The scalar is deduced from the model.
 template <class T>
 using VectorRef = std::type_identity_t<Eigen::Ref<const VectorX<T>>>;
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// G x = b for a symmetric positive semidefinite G: the least-squares solution of least norm, without a branch
-// on recorded values and without a root.
+// Solves G x = b for a symmetric positive semidefinite G: the least-squares solution of least norm, without branches
+// on recorded values and without square roots.
 //
 //   Semidefinite<double> solver(m);
 //   solver.factor(G, false);          // true: G is known to be regular
-//   solver.solve(x);                  // x: b before, the solution afterwards
+//   solver.solve(x);                  // x: b before, the solution after
 //
-// G = L D L^T in the given order.  A pivot of which rounding has left nothing marks a row that depends on
-// those before it; its column of L and its entry of D^+ are zero, and its row of L^-1 spans, with those of the
-// other dependent rows, the null space N of G.  With P the projection along N (docs/math.md (L.9)),
+// G = L D L^T in the given order.  A pivot that vanishes up to rounding marks a row that depends on earlier rows.
+// Its column of L and its entry of D^+ are zero; its row of L^-1 spans, with those of the other dependent rows, the
+// null space N of G.  With P the projection along N (docs/math.md (L.9)),
 //   G^+ = P L^-T D^+ L^-1 P.
 #pragma once
 
@@ -19,7 +19,7 @@
 
 namespace dyntape::dynamics {
 
-// False where a condition is a plain bool that does not hold.  A recorded condition, or one of several lanes,
+// Returns false if a condition is a plain bool that does not hold.  A recorded condition, or one of several lanes,
 // may hold.
 template <class C>
 bool may_hold(const C& condition) {
@@ -43,11 +43,11 @@ class Semidefinite {
         y_(VectorX<T>::Zero(size)),
         z_(VectorX<T>::Zero(size)) {}
 
-  // Overwrites the lower triangle of G, the only one that is read.
+  // Overwrites the lower triangle of G; the upper one is ignored.
   void factor(MatrixX<T>& G, bool regular);
   void solve(Eigen::Ref<VectorX<T>> x);
 
-  // (size) 1 for rows that depend on those before them, 0 for others.
+  // (size) 1 for rows that depend on earlier rows, 0 for others.
   const VectorX<T>& dependent() const { return dependent_; }
 
  private:
@@ -58,12 +58,12 @@ class Semidefinite {
   MatrixX<T> L_inverse_;  // unit lower triangle
   MatrixX<T> C_;          // N^T N, factored in place
   VectorX<T> D_inverse_, dependent_, C_inverse_, rounding_, y_, z_;
-  bool projects_ = false;  // some row may be dependent
+  bool projects_ = false;  // true: some row may be dependent
 };
 
-// What is left of a row is compared with the row itself, with all rows (rows that are zero but for rounding
-// depend on anything), and with what rounding may have made of it: a row that is taken from another l times
-// brings l^2 times the rounding of its own pivot along, which after small pivots is much.
+// The remainder of a row is compared with the row itself, with all rows (rows that are zero up to rounding are
+// dependent), and with its possible rounding error: subtracting l times another row adds l^2 times the rounding of
+// that row's pivot, which is large after small pivots.
 template <class T>
 void Semidefinite<T>::factor(MatrixX<T>& G, bool regular) {
   const long m = G.rows();

@@ -3,16 +3,16 @@
 // Spatial vectors: rigid placements, motions, forces and inertias.  Linear part first, as Pinocchio.
 //
 //   Placement<double> X_WB{R_WB, p_WB};               // places frame B in frame W: p_W = R p_B + p
-//   Motion<double> v_B = act_inverse(X_WB, v_W);      // the same motion, seen in B
+//   Motion<double> v_B = act_inverse(X_WB, v_W);      // the same motion in frame B
 //   double power = dot(v_B, f_B);                     // W
 //
 // Frames.  X_AB maps coordinates from B to A.  With t = X_AB.p:
 //   motion  V_A = (R l + t x R w, R w)      l: velocity of the point at the frame's origin (m/s), w: rad/s
 //   force   F_A = (R f, R n + t x R f)      f: force (N), n: moment about the frame's origin (N m)
-// Motion and force are dual: dot(V, F) is the power and does not depend on the frame.
+// Motion and force are dual: dot(V, F) is the power, independent of the frame.
 //
-// Inertias are kept at the centre of mass, where adding a far translation loses no digit of the rotational
-// part; about another point the parallel-axis theorem adds m (|c|^2 1 - c c^T).
+// Inertias are stored about the centre of mass, so that a large translation loses no digit of the rotational part;
+// about another point the parallel-axis theorem adds m (|c|^2 1 - c c^T).
 #pragma once
 
 #include <dyntape/dynamics/algebra/scalar.h>
@@ -127,7 +127,7 @@ DYNTAPE_INLINE Force<T> act(const Placement<T>& X_AB, const Force<T>& f) {
   const Vector3<T> l = X_AB.R * f.linear;
   return {l, X_AB.R * f.angular + X_AB.p.cross(l)};
 }
-// f, felt at B, is part of what is felt at A.
+// Adds f, given in B, to a force in A.
 template <class T>
 DYNTAPE_INLINE void accumulate(const Placement<T>& X_AB, const Force<T>& f, Force<T>& parent) {
   parent = parent + act(X_AB, f);
@@ -156,14 +156,14 @@ struct Inertia {
   }
 };
 
-// 1 / mass, or zero for what weighs nothing.
+// 1 / mass, or zero if massless.
 template <class T>
 DYNTAPE_INLINE T per_mass(const T& mass) {
   return select(mass > T(0), T(1) / select(mass > T(0), mass, T(1)), T(0));
 }
 
-// Two bodies welded together, both in one frame.  With d = c_a - c_b and the reduced mass m_a m_b / (m_a +
-// m_b) nothing is subtracted; two massless bodies make a massless body at the origin.
+// Two bodies welded together, both in one frame.  With d = c_a - c_b and the reduced mass m_a m_b / (m_a + m_b)
+// nothing is subtracted.  Two massless bodies give a massless body at the origin.
 template <class T>
 DYNTAPE_INLINE Inertia<T> operator+(const Inertia<T>& a, const Inertia<T>& b) {
   const T mass = a.mass + b.mass;
@@ -173,7 +173,7 @@ DYNTAPE_INLINE Inertia<T> operator+(const Inertia<T>& a, const Inertia<T>& b) {
   return {mass, com, a.I_c + b.I_c + unit_point_inertia(d) * T(a.mass * b.mass * share)};
 }
 
-// The same body seen from frame A.
+// The body in frame A.
 template <class T>
 DYNTAPE_INLINE Inertia<T> act(const Placement<T>& X_AB, const Inertia<T>& I) {
   return {I.mass, X_AB.R * I.com + X_AB.p, rotate_symmetric(X_AB.R, I.I_c)};

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The coefficients of rotations as smooth functions of the squared angle.
+// The coefficients of rotations (Stumpff's functions) as smooth functions of the squared angle.
 //
 //   double sinc = stumpff<1>(theta_squared);     // sin(t)/t, exact at 0, with exact derivatives there
 //
 // c_k(z) = sum_n (-z)^n / (2n + k)!  with z = t^2 (Stumpff's functions):
 //   c_0 = cos t     c_1 = sin t / t     c_2 = (1 - cos t) / t^2     c_3 = (t - sin t) / t^3
 //   c_k - 1/k! = -z c_{k+2}             d c_k / dz = (k c_{k+2} - c_{k+1}) / 2
-// Every coefficient of exp, log and their Jacobians is a quotient of these without a removable singularity,
-// so no other file needs a limit of its own.
+// Every coefficient of exp, log and their Jacobians is a quotient of these functions without removable singularity,
+// so no other file needs limits.
 //
-// Below kSeriesBelow the series is summed, above it the closed form.  Both sides of the selection stay
-// finite, in value and in every derivative, whichever is taken: the side not taken is evaluated at a harmless
-// argument. The thresholds are as large as they are because the closed forms lose digits when differentiated.
+// Below kSeriesBelow the series is used, above it the closed form.  Both sides of the selection are finite, in value
+// and in every derivative: the side that is not taken is evaluated at a harmless argument.  The thresholds are large
+// because closed forms lose digits in derivatives.
 #pragma once
 
 #include <dyntape/dynamics/algebra/scalar.h>

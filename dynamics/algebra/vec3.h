@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Vectors and matrices of three, for the recursions: Eigen's types with scalar code of our own.
+// Vectors and matrices of three for the recursions: Eigen's types with dyntape's own scalar code.
 //
 //   Vector3<double> y = R * x + a.cross(b);       // straight-line scalar code, each sum from left to right
-//   Eigen::Vector3d z = y;                        // still an Eigen vector for everything else
+//   Eigen::Vector3d z = y;                        // still an Eigen vector
 //
-// Why: Eigen stores three doubles as a pair and a single and reads them back in other sizes, which stalls the
-// processor, and it adds doubles in another order than other scalars.  Here every scalar runs the same
-// operations in the same order, so that double, a recording and a pack of lanes agree to the last bit.
-// What is not written here is inherited from Eigen.
+// Reason: Eigen stores three doubles as a pair and a single and loads them in other sizes, which stalls the
+// processor; and it adds doubles in another order than other scalars.  Here every scalar has the same operations in
+// the same order, so double, a recording and a pack of lanes have equal bits.  Operations that are not defined here
+// are Eigen's.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,8 +17,8 @@
 
 #include <dyntape/autodiff/eigen_layout.h>
 
-// The algebra of three and six entries is worth its place in every loop; left to itself the compiler makes
-// calls of it, which cost twice the time.  Sanitizers and debuggers get the calls: they compile sooner.
+// Forces inlining of the algebra of three and six entries: the compiler's calls take twice the time.  Sanitizers and
+// debug builds use calls, which compile faster.
 #if defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define DYNTAPE_INLINE inline __attribute__((always_inline))
 #else

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Inertia that a body drags along and that has no weight: that of the water around it (effects/added_mass.h).
+// Inertia without weight that moves with a body, e.g. of the water around it (effects/added_mass.h).
 //
-//   acting.added = view(list);            // list: a container of AddedInertia, or of what derives from it
+//   acting.added = view(list);            // list: a container of AddedInertia, or of a derived type
 //
-// At a frame F of the body, with V and A_F the velocity and the acceleration of F (linear, angular, in F), gravity not in it:
+// At a frame F of the body, with V and A_F the velocity and acceleration of F (linear, angular, in F), without
+// gravity:
 //   force = -(D A_F + V x* D V),   D = diag(mass, inertia)
-// which is what a rigid body of inertia D would do, but that the mass may differ from axis to axis.  (H. Lamb,
-// Hydrodynamics, 1932, chapter VI: Kirchhoff's equations, three planes of symmetry, water at rest.)
+// This is the force of a rigid body of inertia D, except that the mass may differ between axes.  Source: H. Lamb,
+// Hydrodynamics, 1932, chapter VI: Kirchhoff's equations, three planes of symmetry, water at rest.
 #pragma once
 
 #include <dyntape/dynamics/algebra/composite.h>
@@ -16,13 +17,13 @@ namespace dyntape::dynamics {
 
 template <class T>
 struct AddedInertia {
-  int body = -1;  // -1: nothing
+  int body = -1;  // -1: none
   Placement<T> X_BF;
   Vector3<T> mass = Vector3<T>::Zero(),
              inertia = Vector3<T>::Zero();  // kg, kg m^2, along and about the axes of F
 };
 
-// A list of them, wherever it is kept.
+// A view of a list of added inertias.
 template <class T>
 struct AddedInertias {
   const void* list = nullptr;
@@ -37,7 +38,7 @@ AddedInertias<T> view(const List& list) {
           }};
 }
 
-// About the origin of its body.
+// The added inertia about the origin of its body.
 template <class T>
 Articulated<T> articulated(const AddedInertia<T>& added) {
   Articulated<T> at_frame, at_body;

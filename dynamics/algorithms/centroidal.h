@@ -1,29 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The robot as a whole: centre of mass, momentum about it, and their derivatives.
+// Centroidal dynamics: centre of mass, momentum about it, and their derivatives.
 //
 //   Centroidal<double> c(model);                                 // results and working memory, beside Data
 //   Force<double> h = centroidal_momentum(model, data, c, q, v); // kg m/s, kg m^2/s
 //   centroidal_derivatives(model, data, c, q, v, a);             // c.dh_dq, c.dh_dot_dv, ...
 //
-// Frame.  G: origin at the centre of mass, world axes.  h is the momentum of all bodies about G,
-//   h = A(q) v,   h_dot = A a + A_dot v = sum of the wrenches on the robot about G, its weight among them.
-// a is the derivative of v; gravity does not enter.  Rotors (armature) carry no momentum here.
+// Frame G: origin at the centre of mass, world axes.  h is the momentum of all bodies about G,
+//   h = A(q) v,   h_dot = A a + A_dot v = sum of the wrenches on the robot about G, including its weight.
+// a is the derivative of v, without gravity.  Rotors (armature) have no momentum here.
 //
-// Where the robot stands does not enter: only c.com depends on it, everything else has the same bits at 1e8 m
-// as at the origin.  A column of a derivative with respect to q belongs to an increment in the moving frame
-// of its joint, as everywhere.  Cost: a constant number of operations a body and a column.
+// Only c.com depends on the robot's position; all else has the same bits at 1e8 m as at the origin.  Columns of
+// derivatives with respect to q are increments in the moving frame of the joint.  Cost: a constant number of
+// operations per body and column.
 //
-// Column S of joint j, quantities of the bodies beyond j (with j's own) in frame j, then seen from G:
+// Column S of joint j; quantities of the bodies beyond j (including j's) in frame j, then transformed to G:
 //   A         = I S                                     I composite inertia, rate I_dot in a frame at rest
 //   A_dot     = I_dot S + I (v_j x S) - (0, c_dot x A_linear)
 //   dh_dq     = I S_dot + S x* h_j - (0, dc x h_linear)                     dc = A_linear / mass
 //   dh_dot_dq = I S_ddot + 2 B S_dot + S x* f_j - (0, dc x h_dot_linear)
 //   dh_dot_dv = I S_v + 2 B S
-// with S_dot, S_ddot, S_v, B of algorithms.h (there against free fall, here without gravity).  Derived in
-// docs/math.md (C.1 to C.12).  Related: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid
-// robot, Autonomous Robots 2013; P. Wensing, D. Orin, Improved computation of the humanoid centroidal
-// dynamics, IJHR 2016.
+// with S_dot, S_ddot, S_v, B of algorithms.h (relative to free fall there, without gravity here).  Sources:
+// docs/math.md (C.1 to C.12); D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, Autonomous
+// Robots 2013; P. Wensing, D. Orin, Improved computation of the humanoid centroidal dynamics, IJHR 2016.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/data.h>
@@ -35,7 +34,7 @@ namespace dyntape::dynamics {
 template <class T>
 using Matrix3X = Eigen::Matrix<T, 3, Eigen::Dynamic>;
 
-// Each function names the fields it writes; the others keep their values.  One Centroidal per thread.
+// Each function names the fields that it writes; others keep their values.  One Centroidal per thread.
 template <class T>
 struct Centroidal {
   explicit Centroidal(const Model<T>& model) {
@@ -61,8 +60,8 @@ struct Centroidal {
   Matrix6X<T> A, A_dot;                     // (6 x nv) A = dh_dv = dh_dot_da
   Matrix6X<T> dh_dq, dh_dot_dq, dh_dot_dv;  // (6 x nv)
 
-  // Of body i and all beyond it, in the axes of body i; the position from the origin of body i.  Zero where
-  // they weigh nothing.
+  // Of body i and all bodies beyond it, in the axes of body i; positions from the origin of body i.  Zero if
+  // massless.
   std::vector<T> subtree_mass;  // (njoints)
   std::vector<Vector3<T>> subtree_com, subtree_velocity, subtree_acceleration;
 
@@ -75,7 +74,7 @@ struct Centroidal {
 };
 
 // --- Centre of mass --------------------------------------------------------------------------------------
-// mass, com, subtree_mass, subtree_com; with v also velocity and subtree_velocity; with a also acceleration
+// Computes mass, com, subtree_mass, subtree_com; with v also velocity and subtree_velocity; with a also acceleration
 // and subtree_acceleration.  Returns com.
 template <class T>
 const Vector3<T>& center_of_mass(const Model<T>& model, Data<T>& data, Centroidal<T>& c,
@@ -87,17 +86,17 @@ template <class T>
 const Vector3<T>& center_of_mass(const Model<T>& model, Data<T>& data, Centroidal<T>& c,
                                  const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a);
 
-// c.J, also the derivative of com with respect to q; mass, com, subtree_mass, subtree_com.
+// Computes c.J, which is also the derivative of com with respect to q; mass, com, subtree_mass, subtree_com.
 template <class T>
 const Matrix3X<T>& com_jacobian(const Model<T>& model, Data<T>& data, Centroidal<T>& c,
                                 const VectorRef<T>& q);
-// c.J of the centre of mass of `body` and all beyond it, world axes.
+// Computes c.J for the centre of mass of `body` and all bodies beyond it, world axes.
 template <class T>
 const Matrix3X<T>& subtree_com_jacobian(const Model<T>& model, Data<T>& data, Centroidal<T>& c,
                                         const VectorRef<T>& q, int body);
 
 // --- Momentum --------------------------------------------------------------------------------------------
-// c.h, mass, com, velocity; the rate also c.h_dot, acceleration.
+// Compute c.h, mass, com, velocity; the rate also c.h_dot, acceleration.
 template <class T>
 const Force<T>& centroidal_momentum(const Model<T>& model, Data<T>& data, Centroidal<T>& c,
                                     const VectorRef<T>& q, const VectorRef<T>& v);
@@ -105,7 +104,7 @@ template <class T>
 const Force<T>& centroidal_momentum_rate(const Model<T>& model, Data<T>& data, Centroidal<T>& c,
                                          const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a);
 
-// c.A, I, mass, com; the rate also c.A_dot, h, velocity.
+// Compute c.A, I, mass, com; the rate also c.A_dot, h, velocity.
 template <class T>
 const Matrix6X<T>& centroidal_matrix(const Model<T>& model, Data<T>& data, Centroidal<T>& c,
                                      const VectorRef<T>& q);
@@ -114,8 +113,8 @@ const Matrix6X<T>& centroidal_matrix_rate(const Model<T>& model, Data<T>& data, 
                                           const VectorRef<T>& q, const VectorRef<T>& v);
 
 // --- Derivatives -----------------------------------------------------------------------------------------
-// c.dh_dq, A (= dh_dv = dh_dot_da), dh_dot_dq, dh_dot_dv, h, h_dot, I, mass, com, velocity, acceleration.
-// Those of velocity and acceleration of the centre of mass: the linear rows divided by the mass.
+// Computes c.dh_dq, A (= dh_dv = dh_dot_da), dh_dot_dq, dh_dot_dv, h, h_dot, I, mass, com, velocity, acceleration.
+// Derivatives of velocity and acceleration of the centre of mass are the linear rows divided by the mass.
 template <class T>
 void centroidal_derivatives(const Model<T>& model, Data<T>& data, Centroidal<T>& c, const VectorRef<T>& q,
                             const VectorRef<T>& v, const VectorRef<T>& a);

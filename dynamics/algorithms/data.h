@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Results and working memory of the algorithms, allocated once.
+// Results and working memory of the algorithms, allocated once.  Use one Data per thread.
 //
 //   Data<double> data(model);
 //   const VectorX<double>& tau = rnea(model, data, q, v, a);    // a reference into data
 //
-// Each algorithm overwrites the fields named in algorithms.h; the others keep their values.  Entries that are
-// zero by structure are set to zero here and never touched again.  One Data per thread.
+// Each algorithm overwrites the fields named in algorithms.h; others keep their values.  Entries that are
+// structurally zero are set to zero here and never written again.
 #pragma once
 
 #include <dyntape/dynamics/algebra/composite.h>
@@ -22,28 +22,28 @@
 
 namespace dyntape::dynamics {
 
-// The shape of a tree: what is known without any number of the state.
+// The shape of a tree, independent of the state.
 struct Tree {
   std::vector<Dof> dofs;          // (nv)
   std::vector<int> first, count;  // (njoints) dofs of joint i: first[i] ... + count[i]
   std::vector<Axis> axes;         // (njoints)
-  std::vector<int> root;          // (njoints) the joint of the same tree that hangs on the world
+  std::vector<int> root;          // (njoints) the root joint of the same tree
 
-  // Columns in preorder, so that a subtree's stand side by side: the dofs of joint i at begin[i] ...
-  // begin[i] + count[i], with all that is beyond it up to end[i].
-  std::vector<int> preorder;    // (njoints) joints, each before what is beyond it, subtree by subtree
+  // Columns in preorder, so that a subtree is contiguous: the dofs of joint i at begin[i] ... begin[i] + count[i];
+  // its whole subtree up to end[i].
+  std::vector<int> preorder;    // (njoints) joints in preorder, subtree by subtree
   std::vector<int> begin, end;  // (njoints)
-  std::vector<int> dof_at;      // (nv) index in v of the column at a place
-  std::vector<int> place_of;    // (nv) and back
-  bool in_order = true;         // whether that is the order of v
-  std::vector<int> depth;       // (njoints) joints between joint i and the world
+  std::vector<int> dof_at;      // (nv) index in v of the column at a position
+  std::vector<int> place_of;    // (nv) the inverse
+  bool in_order = true;         // true if this is the order of v
+  std::vector<int> depth;       // (njoints) number of joints between joint i and the world
   int deepest = 0;
 
-  // Whether joint i moves along all six directions: its columns are then 1 (6 x 6).
+  // Returns true if joint i moves along all six directions: its columns are then the identity (6 x 6).
   bool is_free(int i) const { return count[i] == 6; }
 
-  // The dofs on one path with dof j: towards the root first, then those of its joint and all that is beyond.
-  // They stand at path_begin(j) ... path_end[j] of path.
+  // The dofs on the paths through dof j: towards the root, then those of its joint and its subtree, at path_begin(j)
+  // ...  path_end[j] of path.
   std::vector<int> path, path_end;
   int path_begin(int j) const { return j == 0 ? 0 : path_end[j - 1]; }
 };
@@ -62,7 +62,8 @@ Tree tree_of(const Model<T>& model) {
     tree.depth.push_back(model.parent[i] < 0 ? 0 : tree.depth[model.parent[i]] + 1);
     tree.deepest = std::max(tree.deepest, tree.depth.back());
   }
-  // Sizes from the leaves, then places from the roots: each joint takes the next free place of its parent.
+  // Computes sizes from the leaves, then positions from the roots: each joint takes the next free position of its
+  // parent.
   std::vector<int> size = tree.count, next(n), next_joint(n), joints_below(n, 1);
   for (int i = n - 1; i >= 0; --i) {
     const int p = model.parent[i];
@@ -126,8 +127,8 @@ struct Data {
   }
 
   Tree tree;
-  TreeShape shape;  // of the model this was made for
-  // Joints that follow others, for forward dynamics (following.h); none unless set.
+  TreeShape shape;  // of the model
+  // Mimic joints, for forward dynamics (following.h); none by default.
   std::optional<Following<T>> following;
 
   // Kinematics, per body.
@@ -140,13 +141,13 @@ struct Data {
   VectorX<T> tau, ddq, nle, g;  // (nv)
   MatrixX<T> M, Minv;           // (nv x nv), both triangles
   MatrixX<T> dtau_dq, dtau_dv;  // (nv x nv) columns: tangent increments
-  bool across = false;          // whether these have entries off the paths of the tree, which effects may add
+  bool across = false;          // true if these have entries off the paths of the tree, which effects may add
   MatrixX<T> ddq_dq, ddq_dv;    // (nv x nv)
   Matrix6X<T> J;                // (6 x nv)
   T kinetic_energy = T(0), potential_energy = T(0);
 
   // Working memory.
-  std::vector<Motion<T>> a_gf;                // acceleration against free fall, in the body frame
+  std::vector<Motion<T>> a_gf;                // acceleration relative to free fall, in the body frame
   std::vector<Force<T>> f, p_A;               // force through the joint; articulated bias force
   std::vector<Motion<T>> S_dot, S_ddot, S_v;  // (nv) see algorithms.h, derivatives
   std::vector<Composite<T>> composites;
@@ -156,11 +157,11 @@ struct Data {
   std::vector<Ldlt6<T>> ldlt;  // of the free-flyers
   VectorX<T> D_inverse, u;     // (nv)
 
-  // Column by column, in the places of the tree, each quantity `stride` apart (detail/columns.hxx).
+  // Column by column, in the order of the tree, each quantity `stride` apart (detail/columns.hxx).
   int stride = 0;
-  detail::LaneArray<T> travellers;           // (21) forces on their way to the root
+  detail::LaneArray<T> travellers;           // (21) forces on the way to the root
   detail::LaneArray<T> rows;                 // (5) entries of the joint that they pass
-  detail::LaneArray<T> responses;            // (6) a depth: motions that answer unit torques
+  detail::LaneArray<T> responses;            // (6) per depth: motions in response to unit torques
   detail::LaneArray<T> upper;                // (nv) rows of Minv, right of the diagonal
   detail::LaneArray<T> columns_of_minverse;  // (nv)
 };

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Gradients of the energies, and the derivatives of gravity and bias torques.
+// Gradients of kinetic and potential energy, and derivatives of gravity and bias torques.
 //
 //   EnergyGradients<double> e(model);                       // results and working memory, beside Data
 //   kinetic_energy_gradients(model, data, e, q, v);         // e.dT_dq, e.dT_dv, data.kinetic_energy
 //   gravity_derivatives(model, data, e, q);                 // e.dg_dq, data.g
 //
-// The values are in algorithms.h; the gradient of the potential energy U is generalized_gravity.  Derivatives
-// with respect to q are tangent, as everywhere.  With T the kinetic energy:
+// algorithms.h computes the values; the gradient of the potential energy U is generalized_gravity.  Derivatives with
+// respect to q are tangent.  With T the kinetic energy:
 //   dT/dv = M v                 dT/dq_k = S_dot_k . h_j      h_j: momentum of body j and all beyond it
 //   power:  tau . v = d(T + U)/dt = dT/dq . v + dT/dv . a + g . v                  (J/s, no losses)
-//   dg/dq:  turning the bodies beyond j about column S of j moves their first moment h = m c by S x h, which
-//   adds the couple (S x h) x a to every joint before j, a = -gravity, and no force.
-// dg/dq is the Hessian of U and symmetric, except within one joint of several columns: there two increments
-// do not commute, and the translations of a floating base have rows but no columns.  Nothing depends on where a
-// root is.  Derived in docs/math.md (C.13 to C.18).
+//   dg/dq:  a rotation of the bodies beyond j about column S of j moves their first moment h = m c by S x h.  This
+//           adds the
+//   couple (S x h) x a to every joint before j, a = -gravity, and no force.
+// dg/dq is the Hessian of U and symmetric, except within a joint of several columns: its increments do not commute,
+// and the translations of a floating base have rows but no columns.  No result depends on the position of a root.
+// Source: docs/math.md (C.13 to C.18).
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
@@ -37,24 +38,25 @@ struct EnergyGradients {
   MatrixX<T> dg_dq;         // (nv x nv)
 
   // Working memory.
-  std::vector<Force<T>> momentum;        // of body i and all beyond it, in frame i
+  std::vector<Force<T>> momentum;        // of body i and all bodies beyond it, in frame i
   std::vector<Composite<T>> moments;     // likewise, without the rotational part
   std::vector<Vector3<T>> against_fall;  // -gravity in the axes of body i
   VectorX<T> zero;                       // (nv)
 };
 
-// e.dT_dq, e.dT_dv, data.kinetic_energy; with armature where it acts.
+// Computes e.dT_dq, e.dT_dv, data.kinetic_energy; with armature if it acts.
 template <class T>
 void kinetic_energy_gradients(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
                               const VectorRef<T>& q, const VectorRef<T>& v,
                               const DynamicsTerms<T>& acting = {});
 
-// e.dg_dq and data.g; costs a rotated vector for every pair of joints on one path.
+// Computes e.dg_dq and data.g.  Cost: one rotated vector for every pair of joints on one path.
 template <class T>
 const MatrixX<T>& gravity_derivatives(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
                                       const VectorRef<T>& q);
 
-// Of nonlinear_effects: data.dtau_dq and data.dtau_dv at a = 0; data.nle; also data.tau (= nle) and data.M.
+// Derivatives of nonlinear_effects: data.dtau_dq and data.dtau_dv at a = 0; data.nle; also data.tau (= nle) and
+// data.M.
 template <class T>
 void nonlinear_effects_derivatives(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
                                    const VectorRef<T>& q, const VectorRef<T>& v,

@@ -4,27 +4,27 @@
 // kinematic Hessians.
 //
 //   KinematicDerivatives<double> K(model);
-//   forward_kinematics(model, data, q, v, a);                            // once, for any number of frames
+//   forward_kinematics(model, data, q, v, a);                            // once for all frames
 //   frame_acceleration_derivatives(model, data, K, frame, ReferenceFrame::kLocalWorldAligned);
 //   a_next = K.C.vector() + K.dC_dq * dq + K.dC_dv * dv + K.J * da;      // first order
 //
 // Every function takes a frame (index into model.frames) or on_body(index of its joint), after forward_kinematics
-// with the arguments named, in kLocal, kWorld and kLocalWorldAligned (algorithms.h).
-// Columns of dofs that do not move the frame are zero.  Units: m, rad, s.  ArgumentError: no such frame or
-// body, a workspace of another model.  Nothing is allocated.
+// with the arguments named, in kLocal, kWorld and kLocalWorldAligned (algorithms.h).  Columns of dofs that do not
+// move the frame are zero.  Units: m, rad, s.  ArgumentError: an invalid frame or body, a workspace of another
+// model.  No allocation.
 //
-// Derivatives are those of the components in the frame asked for, with respect to increments q (+) d as
-// everywhere; the frame moves with q.  V is the velocity, A the spatial acceleration, C the classical one:
+// Derivatives are of the components in the requested frame, which moves with q, with respect to increments q (+) d.
+// V is the velocity, A the spatial acceleration, C the classical one:
 //   C = A + (w x v, 0),   V = (v, w)       acceleration of the point whose velocity V gives
 //   V = J v                                dV/dv = J
 //   d/dt V = J a + J_dot v                 J_dot = sum_j H_j v_j,  H_j = dJ/dq_j
-//   kLocal, kWorld:      d/dt V = A        what changes is the motion seen from F, or from the world's origin
-//   kLocalWorldAligned:  d/dt V = C        what changes is the velocity of a point: C, and not A
+//   kLocal, kWorld:      d/dt V = A        the derivative of the motion relative to F, or to the world's origin
+//   kLocalWorldAligned:  d/dt V = C        the derivative of the velocity of a point: C, not A
 //   dA/da = dC/da = J;   d(d/dt V)/dv = J_dot + dV/dq
 // The placement itself, by an increment in its own frame (J in kLocal): X_WF(q (+) d) = X_WF exp(J d + ...).
 //
-// Formulas, docs/math.md (K.6) and (K.8) to (K.12).  J_j: column j; i its body, p the parent of i; V, A of
-// the frame; all seen in the frame asked for, (m)l and (m)w linear and angular part:
+// Formulas, docs/math.md (K.6) and (K.8) to (K.12).  J_j: column j; i its body, p the parent of i; V, A of the
+// frame; all in the requested frame; (m)l and (m)w are linear and angular part:
 //            kLocal                      kWorld              kLocalWorldAligned
 //   J_dot_j  J_j x (V - V_i)             V_i x J_j           (w_i x l_j + w_j x (V - V_i)l, w_i x w_j)
 //   dV/dq_j  V_p x J_j                   J_j x (V - V_p)     (w_p x l_j + w_j x (V - V_p)l, w_j x (V - V_p)w)
@@ -44,7 +44,7 @@ template <class T>
 struct KinematicDerivatives {
   explicit KinematicDerivatives(const Model<T>& model);
 
-  // Results, in the frame asked for.
+  // Results, in the requested frame.
   Motion<T> V, A, C;         // velocity, spatial and classical acceleration
   Matrix6X<T> J, J_dot;      // (6 x nv) J = dV/dv = dA/da = dC/da
   Matrix6X<T> dV_dq;         // (6 x nv)
@@ -54,7 +54,7 @@ struct KinematicDerivatives {
 
   // Working memory.
   std::vector<int> support;     // dofs that move the frame, from the frame to the root
-  std::vector<int> fH_support;  // those of the last fH
+  std::vector<int> fH_support;  // of the last fH
   std::vector<Motion<T>> S;     // (nv) their columns J_j
   std::vector<Motion<T>> v, a;  // (njoints) motions of the bodies
 };
@@ -69,18 +69,18 @@ template <class T>
 void frame_velocity_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
                                 Place frame, ReferenceFrame in);
 
-// After forward_kinematics(q, v, a): everything of first order, K.V ... K.dC_dv.
+// After forward_kinematics(q, v, a): all first-order results, K.V ... K.dC_dv.
 template <class T>
 void frame_acceleration_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
                                     Place frame, ReferenceFrame in);
 
-// H_kj = dJ_k/dq_j, six entries each.  Where j and k belong to different joints, with n the one nearer to the
-// root and m the other, and where they belong to one joint:
+// H_kj = dJ_k/dq_j, six entries each.  If j and k are of different joints, n is the one nearer to the root and m the
+// other; else they are of one joint:
 //                        kLocal           kWorld           kLocalWorldAligned
 //   n = k, m = j         J_k x J_j        0                (w_k x l_j, 0)
 //   n = j, m = k         0                J_j x J_k        (w_j x l_k, w_j x w_k)
 //   one joint            0                J_j x J_k        (w_j x l_k, w_j x w_k)
-// Increments of one joint do not commute, nor do the axes of kLocal and kWorld stand still:
+// Increments of one joint do not commute, and the axes of kLocal and kWorld move:
 //   H_kj - H_jk = J_k x J_j (kLocal), J_j x J_k (kWorld), (0, w_j x w_k) (kLocalWorldAligned), two joints
 // (one joint: 0 in kLocal).  Linear part in kLocalWorldAligned, two joints: the Hessian of the position of
 // the frame, symmetric.
@@ -99,14 +99,14 @@ struct KinematicHessian {
   std::vector<Motion<T>> S;  // (nv)
 };
 
-// After forward_kinematics(q).  Cost: one product of motions a pair of supporting dofs, or less.
+// After forward_kinematics(q).  Cost: at most one product of motions per pair of supporting dofs.
 template <class T>
 const Matrix6X<T>& frame_hessian(const Model<T>& model, const Data<T>& data, KinematicHessian<T>& K,
                                  Place frame, ReferenceFrame in);
 
-// fH_kj = f . H_kj without H: the slope of the torques J^T f, f constant in the frame asked for.  Quadratic
-// forms see its symmetric part only: v^T fH v = f . (J_dot v), so (fH + fH^T) / 2 is the second derivative of
-// a pose along q (+) v t, weighted by f.  Six products a pair.  After forward_kinematics(q).
+// fH_kj = f . H_kj without H: the derivative of the torques J^T f, with f constant in the requested frame.
+// Quadratic forms depend on its symmetric part only: v^T fH v = f . (J_dot v), so (fH + fH^T) / 2 is the second
+// derivative of a pose along q (+) v t, weighted by f.  Cost: six products per pair.  After forward_kinematics(q).
 template <class T>
 const MatrixX<T>& frame_weighted_hessian(const Model<T>& model, const Data<T>& data,
                                          KinematicDerivatives<T>& K, Place frame, ReferenceFrame in,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What both forms of second derivatives keep: motions of the bodies, and moments of the mass beyond each joint.
+// The common part of both forms of second derivatives: motions of the bodies, and moments of the mass beyond each
+// joint.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
@@ -15,7 +16,7 @@ struct MovingBodies {
   explicit MovingBodies(const Model<T>& model);
 
   TreeShape shape;
-  std::vector<Motion<T>> v_p, v, a;              // (njoints) of the parent seen from the body; of the body
+  std::vector<Motion<T>> v_p, v, a;              // (njoints) of the parent in the body's frame; of the body
   std::vector<Motion<T>> S, S_dot, S_ddot, S_v;  // (nv) see algorithms.h
   std::vector<Composite<T>> composites;          // (njoints)
   std::vector<VelocityProduct<T>> products;      // (njoints)

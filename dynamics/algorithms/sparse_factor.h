@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// M = L^T D L of an inertia matrix, in the order of the tree: nothing is filled in.
+// The factorisation M = L^T D L of an inertia matrix in the order of the tree, without fill-in.
 //
 //   SparseFactor<double> factor(data.tree, model.parent);       // once
 //   factor.compute(crba(model, data, q));

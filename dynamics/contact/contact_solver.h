@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Solutions of contact problems.
+// Solves contact problems (contact_problem.h).
 //
 //   ContactSolver solver;
-//   Eigen::VectorXd p = Eigen::VectorXd::Zero(4);          // where it starts: of the step before
+//   Eigen::VectorXd p = Eigen::VectorXd::Zero(4);          // initial guess, e.g. of the previous step
 //   if (!solver.solve(problem, p)) ... solver.residual()
 //
-// Solved contact by contact, each exactly (block Gauss-Seidel), and by Newton's method on Alart and Curnier's equations;
-// where that is slow, with the corners of the cones rounded (smoothed_contact.h); ended where p - proj_K(p - rho w), as a
-// velocity, is rounding.  Where rows depend on each other p is the least of
-// those with the same u (least_impulses.h); a part of b outside of the
-// range of D that is small (1e-8) beside b, which only p without bound would answer, is left out where there is no solution
-// with it.  No entry of p is ever NaN.
+// Method.  Block Gauss-Seidel, one contact at a time, each exactly; and Newton's method on the equations of Alart
+// and Curnier.  If both are slow, the corners of the cones are smoothed (smoothed_contact.h).  Converged if p -
+// proj_K(p - rho w), as a velocity, is rounding.  If rows are dependent, p has the least norm among those with the
+// same u (least_impulses.h).  A small part of b (1e-8 of b) outside the range of D, which only an unbounded p could
+// balance, is dropped if there is no solution with it.  No entry of p is ever NaN.
 //
-// Sources: M. Jean, 1999, of the sweeps; P. Alart, A. Curnier, A mixed formulation for frictional contact problems, Comput.
+// Sources: M. Jean, 1999 (sweeps); P. Alart, A. Curnier, A mixed formulation for frictional contact problems,
+// Comput.
 // Methods Appl. Mech. Eng. 92, 1991; V. Acary, B. Brogliato, 2008, chapter 13.
 #pragma once
 
@@ -21,12 +21,13 @@
 
 namespace dyntape::dynamics {
 
-// One contact alone, A (3 x 3) symmetric, positive semidefinite: opening, sticking, or sliding with u_t = - kappa p_t.
+// Solves one contact, A (3 x 3) symmetric, positive semidefinite: opening, sticking, or sliding with u_t = - kappa
+// p_t.
 Eigen::Vector3d solve_one_contact(const Eigen::Matrix3d& A, const Eigen::Vector3d& b, double mu);
 
 class ContactSolver {
  public:
-  // False where no solution is found to 1e-9 of b; p is then the best that was met.
+  // Returns false if no solution is found to 1e-9 of b; p is then the best point found.
   bool solve(const ContactProblem& problem, Eigen::VectorXd& p);
 
   double residual() const { return residual_; }  // of the last solve, in the units of b

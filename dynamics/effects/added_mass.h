@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Water that a body carries along: inertia without weight, which may differ from axis to axis.
+// Added mass of water around a body: inertia without weight, which may differ between axes.
 //
 //   AddedBody<double> hull;
 //   place_at_frame(model, "hull_centre", hull);
-//   hull.mass = {5, 60, 60};                        // kg: little along x, much across
+//   hull.mass = {5, 60, 60};                        // kg: small along x, large across
 //   effects.added_mass.push_back(hull);
 //
 //   F = -(D A + V x* D V),  D = diag(mass, inertia), in the axes of the frame         (algorithms/added_inertia.h)
-// Part of the kinetic energy, which it neither takes nor supplies.  Smooth.  The water is at rest: drag may be relative to a
-// current, these forces are not.  A sphere of radius r carries (2/3) pi rho r^3 along each axis, a long cylinder
-// pi rho r^2 a length across (H. Lamb, Hydrodynamics, 1932, 92 and 68).
+// Energy: part of the kinetic energy; neither supplied nor dissipated.  Smooth.  The water is at rest, also if drag
+// is relative to a current.  A sphere of radius r has (2/3) pi rho r^3 along each axis, a long cylinder pi rho r^2
+// per length across (H. Lamb, Hydrodynamics, 1932, 92 and 68).
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
@@ -44,7 +44,7 @@ struct AddedMass : EffectList<AddedBody<T>> {
 
   template <class Self, class Visit>
   static void visit_parameters(Self&, Visit&&) {}
-  // `acting` keeps a pointer to the list.
+  // `acting` holds a pointer to the list.
   void enter(DynamicsTerms<T>& acting) const { acting.added = view<T>(*this); }
 };
 

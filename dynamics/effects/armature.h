@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Inertia of the motors' rotors about their joints, on the diagonal of the joint-space inertia.
+// Reflected inertia of the motors' rotors, on the diagonal of the joint-space inertia.
 //
 //   effects.armature = model_armature(model);   // the file's values
 //   effects.armature->rotor_inertia = I, effects.armature->gear_ratio = n;
 //
 //   M <- M + diag(inertia + n^2 I)              kg m^2 or kg; I (kg m^2) turns n times as fast as its joint
-// Part of the kinetic energy: it neither takes nor supplies any.  Smooth.  (J. Craig, Introduction to Robotics,
-// reflected inertia.)
+// Energy: part of the kinetic energy; neither supplied nor dissipated.  Smooth.  Source: J. Craig, Introduction to
+// Robotics (reflected inertia).
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
@@ -19,7 +19,7 @@ template <class T>
 struct Armature {
   static constexpr const char *kName = "armature", *kKey = "armature";
 
-  VectorX<T> inertia;  // (nv) kg m^2 or kg; of single joints, other entries are not read
+  VectorX<T> inertia;  // (nv) kg m^2 or kg; for single joints, other entries are ignored
   std::optional<VectorX<T>> rotor_inertia, gear_ratio;  // (nv) both or neither
 
   Armature() = default;
@@ -48,7 +48,7 @@ struct Armature {
     if (rotor_inertia.has_value() == gear_ratio.has_value()) return nullptr;
     return rotor_inertia ? "gear_ratio" : "rotor_inertia";
   }
-  // `acting` keeps pointers to the values.
+  // `acting` holds pointers to the values.
   void enter(DynamicsTerms<T>& acting) const {
     acting.armature = true;
     acting.armature_values = &inertia;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The voltage that a turning motor induces against its own current, at constant voltage.
+// Back-EMF of motors at constant voltage: the induced voltage reduces the current.
 //
 //   effects.back_emf = BackEmf<double>{kt, ke, resistance, gear_ratio};
 //
 //   tau = - N^2 k_t k_e / R v        k_t N m/A, k_e V s/rad, R ohm, N turns of the motor for one of the joint
-// Takes energy out: the current heats R.  Linear; slope - N^2 k_t k_e / R by v.  (M. Spong, S. Hutchinson,
-// M. Vidyasagar, Robot Modeling and Control, actuator dynamics with the inductance neglected.)
+// Energy: dissipated in R.  Linear; derivative - N^2 k_t k_e / R by v.  Source: M. Spong, S. Hutchinson, M.
+// Vidyasagar, Robot Modeling and Control, actuator dynamics without inductance.
 #pragma once
 
 #include <dyntape/dynamics/effects/effect_torques.h>
@@ -17,7 +17,7 @@ template <class T>
 struct BackEmf {
   static constexpr const char *kName = "back-EMF", *kKey = "back_emf";
 
-  VectorX<T> torque_constant = {};   // (nv) k_t, N m/A; here and below, entries of single joints are read
+  VectorX<T> torque_constant = {};   // (nv) k_t, N m/A; in all four only entries of single joints are used
   VectorX<T> voltage_constant = {};  // (nv) k_e, V s/rad
   VectorX<T> resistance = {};        // (nv) R, ohm
   VectorX<T> gear_ratio = {};        // (nv) N

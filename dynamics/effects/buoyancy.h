@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Lift of bodies that are wholly under water.
+// Buoyancy of bodies that are completely under water.
 //
 //   Buoy<double> hull;
 //   place_at_frame(model, "hull_centre", hull), hull.volume = 0.05;
 //   effects.buoyancy.push_back(hull);
 //
 //   F = (0, 0, rho g V) at the frame's origin, world axes       (Archimedes)
-// Stores E = - rho g V z.  Smooth; its derivatives are those of a wrench fixed in the world.
+// Energy: stores E = - rho g V z.  Smooth; derivatives are those of a wrench fixed in the world.
 #pragma once
 
 #include <dyntape/dynamics/effects/point_forces.h>
@@ -16,7 +16,7 @@ namespace dyntape::dynamics {
 
 template <class T>
 struct Buoy {
-  int body = -1;  // where it acts: place_at_frame
+  int body = -1;  // set by place_at_frame
   Placement<T> X_BF;
   T volume = T(0);  // V, m^3
 

@@ -1,26 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Compliant contact of spheres and capsules, fixed to bodies, with the ground.
+// Compliant contact of spheres and capsules on bodies with the ground (Hunt and Crossley), with smooth friction.
 //
 //   ContactBody<double> foot;
 //   place_at_frame(model, "foot", foot);
 //   foot.radius = 0.02, foot.stiffness = 1e5, foot.dissipation = 0.5, foot.friction = 0.8;
 //   effects.contacts.push_back(foot);                        // ground: the plane z = 0 (ground.h)
 //
-// A sphere about the frame's origin c (radius 0: a point), or two, at both ends of a capsule.  With n the ground's
-// normal below c, its distance phi, and the velocity u of the body's point at c - radius n:
+// A contact is a sphere about the frame's origin c (radius 0: a point), or two, at both ends of a capsule.  With n
+// the ground's normal below c, its distance phi, and the velocity u of the body's point at c - radius n:
 //   x = radius - phi, x' = - n . u, u_t = u + n x'         penetration (m), its rate, sliding
 //   f_n = k x^p max(0, 1 + d x')  for x > 0, exactly 0 elsewhere; p = 1, 1.5 (Hertz: spheres) or 2
 //   f_t = - mu f_n tanh(|u_t| / eps) u_t / |u_t|,          |u_t| / eps computed as sqrt(u_t . u_t / eps^2 + 1e-16)
-// act at c - radius n.  It never pulls.  Whatever is pushed slips a little: at rest on a slope theta with
-// eps atanh(tan(theta) / mu).
-// The spring stores k x^(p+1) / (p+1) on a plane; d and mu take energy out.
-// Smoothness in x: C^0 for p = 1, C^1 for p = 1.5 and 2.  At onset the second derivative of x^1.5, 0.75 / sqrt(x), is
-// unbounded, finite at each x > 0 and zero for x <= 0; that of x^2 jumps from 0 to 2.  In x' a kink at - 1 / d, where
-// the body leaves faster than the ground follows.  Friction is infinitely often differentiable in u_t.
-// Slopes are analytic (detail/contacts.hxx).  Sources: K. Hunt, F. Crossley, Coefficient of restitution interpreted as
-// damping in vibroimpact, J. Applied Mechanics 42, 1975.  Rebound e of speed v, whatever k, p and mass:
+// act at c - radius n.  The normal force never pulls.  A body at rest on a slope theta creeps with eps
+// atanh(tan(theta) / mu).
+//
+// Energy: the spring stores k x^(p+1) / (p+1) on a plane; d and mu dissipate.
+//
+// Smoothness in x: C^0 for p = 1, C^1 for p = 1.5 and 2.  At onset the second derivative of x^1.5, 0.75 / sqrt(x),
+// is unbounded, but finite for each x > 0 and zero for x <= 0; that of x^2 jumps from 0 to 2.  In x' there is a kink
+// at - 1 / d, where the body leaves faster than the ground follows.  Friction is infinitely often differentiable in
+// u_t.  Derivatives are analytic (detail/contacts.hxx).
+//
+// Restitution e at speed v, for any k, p and mass:
 //   d v - ln(1 + d v) = - d e v - ln(1 - d e v)
+// Source: K. Hunt, F. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Applied
+// Mechanics 42, 1975.
 #pragma once
 
 #include <dyntape/dynamics/effects/ground.h>
@@ -32,10 +37,10 @@ enum class ContactExponent { kOne, kThreeHalves, kTwo };
 
 template <class T>
 struct ContactBody {
-  int body = -1;  // where it acts: place_at_frame
+  int body = -1;  // set by place_at_frame
   Placement<T> X_BF;
   T radius = T(0);                            // m
-  std::optional<Vector3<T>> second_end = {};  // of a capsule, in the frame (m); its first is the origin
+  std::optional<Vector3<T>> second_end = {};  // for a capsule, in the frame (m); its first end is the origin
   T stiffness = T(0);                         // k, N/m^p
   ContactExponent exponent = ContactExponent::kThreeHalves;  // p
   T dissipation = T(0);                                      // d, s/m
@@ -69,7 +74,7 @@ struct ContactBody {
 template <class T>
 struct Contacts;
 
-// Of a sphere about the point.
+// For a sphere about the point.
 template <class T>
 struct ContactLaw {
   const ContactBody<T>& item;

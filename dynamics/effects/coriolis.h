@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Velocity products C(q, v) v: Coriolis, centrifugal and gyroscopic terms.  They act unless `effects.coriolis = false`,
-// for linear studies: then the recursions see the robot at rest, and their terms leave nothing on a tape.  Damping,
-// contacts and all that is no recursion see v all the same.
+// Velocity products C(q, v) v: Coriolis, centrifugal and gyroscopic terms.  Always on, unless `effects.coriolis =
+// false`, for linear studies.  Then velocities are zero in the recursions, and these terms add nothing to a tape.
+// Damping, contacts and all other effects still use v.
 //
-// They neither store nor take energy: v . C v = v . (dM/dt) v / 2.  Without them the balance of energy lists what it lacks.
+// Energy: neither stored nor dissipated, since v . C v = v . (dM/dt) v / 2.  Without them the energy balance shows
+// the missing part.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>

@@ -4,7 +4,7 @@
 //
 //   effects.damping = model_damping(model);   // the file's values
 //
-// Takes energy out, v . tau = - d v^2 <= 0.  Linear; slope - d by v.
+// Energy: dissipates, v . tau = - d v^2 <= 0.  Linear; derivative - d by v.
 #pragma once
 
 #include <dyntape/dynamics/effects/effect_torques.h>

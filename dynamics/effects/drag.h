@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Drag of bodies in a medium that moves evenly: wind, or a current of water.
+// Drag of bodies in a medium with constant velocity: wind, or a current of water.
 //
 //   DragBody<double> fin;
 //   place_at_frame(model, "fin", fin), fin.area = 0.02;           // drag coefficient times area
 //   effects.drag.push_back(fin), effects.drag.medium = {5, 0, 0};
 //
-//   F = - (rho A |u| / 2 + b) u       u = velocity of the frame's origin less that of the medium, world axes
-//   |u| = sqrt(u . u + eps^2)         so that it has derivatives of all orders at rest
-// Takes energy out of what moves against the medium; a wind may supply it.  Infinitely often differentiable; slope by
-// the velocity - (rho A |u| / 2 + b) 1 - rho A u u^T / (2 |u|).  (L. Landau, E. Lifshitz, Fluid Mechanics, 45.)
+//   F = - (rho A |u| / 2 + b) u       u = velocity of the frame's origin minus that of the medium, world axes
+//   |u| = sqrt(u . u + eps^2)         has derivatives of all orders at rest
+// Energy: dissipates motion relative to the medium; wind may supply energy.  Infinitely often differentiable;
+// derivative by the velocity - (rho A |u| / 2 + b) 1 - rho A u u^T / (2 |u|).  Source: L. Landau, E. Lifshitz, Fluid
+// Mechanics, 45.
 #pragma once
 
 #include <dyntape/dynamics/effects/point_forces.h>
@@ -18,7 +19,7 @@ namespace dyntape::dynamics {
 
 template <class T>
 struct DragBody {
-  int body = -1;  // where it acts: place_at_frame
+  int body = -1;  // set by place_at_frame
   Placement<T> X_BF;
   T area = T(0);    // drag coefficient times area, m^2
   T linear = T(0);  // b, N s/m

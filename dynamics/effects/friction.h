@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Coulomb friction of joints, smoothed so that it has a derivative at rest, with the Stribeck effect where both of its
+// Coulomb friction of joints, smoothed so that it is differentiable at rest; with the Stribeck effect if both of its
 // values are given.
 //
 //   effects.friction = CoulombFriction<double>{model_friction(model), 0.01};
 //   effects.friction->breakaway = s, effects.friction->stribeck_speed = 0.05;
 //
 //   tau = - c tanh(v / w)                                      c sliding friction, N m or N
-//   tau = - (c + (s - c) exp(-(v / v_s)^2)) tanh(v / w)        s friction on the point of sliding
-// Takes energy out for c, s >= 0.  Infinitely often differentiable; slope by v, with t = tanh(v / w) and
-// e = exp(-(v / v_s)^2):  - (c + (s - c) e) (1 - t^2) / w + 2 (s - c) e t v / v_s^2.
-// Source: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis tools and compensation
-// methods for the control of machines with friction, Automatica 30, 1994.
+//   tau = - (c + (s - c) exp(-(v / v_s)^2)) tanh(v / w)        s breakaway friction
+// Energy: dissipates for c, s >= 0.  Infinitely often differentiable; derivative by v, with t = tanh(v / w) and e =
+// exp(-(v / v_s)^2):  - (c + (s - c) e) (1 - t^2) / w + 2 (s - c) e t v / v_s^2.  Source: B. Armstrong-Helouvry, P.
+// Dupont, C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of machines
+// with friction, Automatica 30, 1994.
 #pragma once
 
 #include <dyntape/dynamics/effects/effect_torques.h>
@@ -23,7 +23,7 @@ struct CoulombFriction {
   static constexpr const char *kName = "joint friction", *kKey = "joint_friction";
 
   VectorX<T> torque = {};  // (nv) magnitude c of the sliding friction, N m or N
-  T smoothing = T(0);  // speed w over which it builds up, rad/s or m/s: 76 % of it acts at this speed; > 0
+  T smoothing = T(0);      // speed w of the smoothing, rad/s or m/s: at w 76 % of the friction acts; > 0
   std::optional<VectorX<T>> breakaway = {};  // (nv) s, N m or N
   std::optional<T> stribeck_speed = {};      // v_s, rad/s or m/s; > 0
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Gravity, uniform: as the model has it (Model::gravity), or a vector of its own.  Acts unless
-// `effects.gravity = false`.
+// Uniform gravity: the model's (Model::gravity), or a given vector.  Always on, unless `effects.gravity = false`.
 //
 //   effects.gravity.vector = Vector3<double>(0, 0, -1.62);   // m/s^2, world frame: on the moon
 //
-// tau = - g(q), the gradient of the energy that it stores,  E = - sum m vector . c  (J, zero at the world's origin).
-// Smooth.  Slopes: those of the recursions (R. Featherstone, Rigid Body Dynamics Algorithms, 2008: the world
+// tau = - g(q), the gradient of the stored energy  E = - sum m vector . c  (J, zero at the world's origin).  Smooth.
+// Derivatives are those of the recursions (R. Featherstone, Rigid Body Dynamics Algorithms, 2008: the world
 // accelerates by - vector).
 #pragma once
 
@@ -20,7 +19,7 @@ struct Gravity {
   static constexpr const char *kName = "gravity", *kKey = "gravity";
 
   bool acts = true;
-  std::optional<Vector3<T>> vector;  // in place of the model's
+  std::optional<Vector3<T>> vector;  // instead of the model's
 
   Gravity() = default;
   Gravity(bool on) : acts(on) {}  // NOLINT: effects.gravity = false

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The ground that contacts press on: a plane, or a wavy slope.
+// The ground for contacts: a plane, or a wavy slope.
 //
 //   Ground<double> ground;                                 // the plane z = 0
-//   ground.normal = {0.1, 0, 1}, ground.offset = 0.2;      // of any length; offset (m) along the unit normal
+//   ground.normal = {0.1, 0, 1}, ground.offset = 0.2;      // any nonzero length; offset (m) along the unit normal
 //
 //   kPlane  distance = n . p - offset,                     n = normal / |normal|
 //   kWaves  distance = (z - h(x, y)) n_z,                  n = (-h_x, -h_y, 1) n_z,  n_z = 1 / sqrt(1 + h_x^2 + h_y^2)
-//           h = offset + slope . (x, y) + amplitude sin(wave . (x, y));  of slope and wave (1/m) x and y are read
-// A plane's distance is exact.  That of waves is exact for a slope and to first order near the ground elsewhere: the
+//           h = offset + slope . (x, y) + amplitude sin(wave . (x, y));  slope and wave (1/m) use x and y only
+// The distance is exact for a plane and for a slope.  For waves it is exact to first order near the ground: the
 // distance to the tangent plane below the point.  Infinitely often differentiable.
 #pragma once
 
@@ -19,7 +19,7 @@ namespace dyntape::dynamics {
 
 enum class GroundKind { kPlane, kWaves };
 
-// At a point p: world axes.
+// Distance and normal at a point p; world axes.
 template <class T>
 struct GroundBelow {
   T distance = T(0);                       // m
@@ -37,7 +37,7 @@ struct Ground {
   GroundKind kind = GroundKind::kPlane;
   Vector3<T> normal{T(0), T(0), T(1)};
   T offset = T(0);
-  Vector3<T> slope = Vector3<T>::Zero();  // of x and y
+  Vector3<T> slope = Vector3<T>::Zero();  // uses x and y
   T amplitude = T(0);                     // m
   Vector3<T> wave = Vector3<T>::Zero();   // rad/m, along x and y
 

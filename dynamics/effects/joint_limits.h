@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Soft stops at the joints' limits: springs and dampers that begin a margin before a limit and never pull.
+// Soft stops at the joints' limits: springs and dampers that start a margin before a limit and never pull.
 //
 //   effects.limits = SoftLimits<double>{stiffness, damping, margin};
 //
 //   tau = one_sided(lower + margin - q, -v) - one_sided(q - (upper - margin), v)      (one_sided.h)
-// Joints on a line with a finite limit (Joint::limits) only: other entries are not read, and leave no operation.
-// The springs store energy, the dampers take some out.  Twice continuously differentiable; derivatives: those of one_sided.
+// For joints on a line with a finite limit (Joint::limits); other entries are ignored and add no operation.  Energy:
+// the springs store, the dampers dissipate.  Twice continuously differentiable; derivatives of one_sided.
 #pragma once
 
 #include <dyntape/dynamics/effects/effect_torques.h>
@@ -43,7 +43,7 @@ struct SoftLimits {
                         .above = true},
           self.margin);
   }
-  // visit(k, sign, push): a joint's column, the sign of its torque, what pushes; q' has the other sign.
+  // Calls visit(k, sign, push): a joint's column, the sign of its torque, its penetration; q' has the other sign.
   template <class Visit>
   void for_each_stop(const Model<T>& model, const VectorRef<T>& q, const VectorRef<T>& v, Visit visit) const {
     for_each_overshoot(model, q, [&](int k, double sign, const T& x) {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A spring and a damper that push only, smoothly: what a limit or a slack rope does beyond its onset.
+// A spring and damper that only push, smoothly: for limits and slack ropes.
 //
 //   OneSided<T> pull = one_sided(elongation, rate, stiffness, damping, margin);   // pull.force >= 0
 //
 // With x beyond the onset (m or rad), u = x / margin, and the ramp r, which is 0 for u <= 0, u^3 - u^4 / 2 up to
 // u = 1 and u - 1/2 from there on (its slope is the smooth step 3 u^2 - 2 u^3):
 //   force = r(u) (d x' + sqrt((d x')^2 + (k margin)^2))
-// At rest it is k margin r: k (x - margin / 2) beyond the margin.  It is never negative, so nothing sticks; what the
-// damper does, force - force at rest, has the sign of x', so it only takes energy out.  Twice continuously
-// differentiable in x, infinitely often in x' (k > 0).  Small rates: force = r (k margin + d x').
+// At rest the force is k margin r: k (x - margin / 2) beyond the margin.  It is never negative.  The damper's part,
+// force minus force at rest, has the sign of x', so it only dissipates.  Twice continuously differentiable in x,
+// infinitely often in x' (k > 0).  For small rates: force = r (k margin + d x').
 #pragma once
 
 #include <dyntape/dynamics/algebra/scalar.h>
@@ -23,7 +23,7 @@ struct OneSided {
 
 namespace detail {
 
-// select(u <= 0, zero, select(u < 1, within, beyond)).
+// Returns select(u <= 0, zero, select(u < 1, within, beyond)).
 template <class T>
 T ramp_part(const T& u, const T& within, const T& beyond) {
   return select(u > T(0), T(select(u < T(1), within, beyond)), T(0));
@@ -40,7 +40,7 @@ OneSided<T> one_sided(const T& x, const T& rate, const T& stiffness, const T& da
   return {ramp * push, step / margin * push, ramp * (damping * push / root)};
 }
 
-// The energy that is stored at x (J): stiffness margin^2 (u^4 / 4 - u^5 / 10), or (u^2 - u) / 2 + 3 / 20.
+// The stored energy at x (J): stiffness margin^2 (u^4 / 4 - u^5 / 10), or (u^2 - u) / 2 + 3 / 20.
 template <class T>
 T one_sided_energy(const T& x, const T& stiffness, const T& margin) {
   const T u = x / margin, u4 = u * u * u * u;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What an effect tells of its own values, so that casts, checks, readers of files and sweeps need no list of theirs.
+// Descriptions of an effect's parameters, used by casts, checks, files and sweeps.
 //
 //   Springs<double>::visit_parameters(springs, [](const ParameterInfo& info, auto& value) {
 //     std::cout << info.name << " [" << info.unit << "]: " << info.what << "\n";
@@ -8,12 +8,12 @@
 //
 // A value is one of
 //   T                   a number
-//   Vector3<T>          in the world's axes, or in those of the item's frame where the text says so
-//   VectorX<T>          a number a joint, (nv), or a configuration (nq): ParameterInfo::length
-//   double, VectorXd    the same where what is recorded depends on it
-//   std::optional<...>  what leaves no operation where it is not given
-//   an enumeration      a word of ParameterInfo::choices, which stand in the order of the enumerators
-// Effects that are lists (wrenches, contacts, ...) have parameters of the list and, in each `Item`, its own.
+//   Vector3<T>          in world axes, or in those of the item's frame if the text says so
+//   VectorX<T>          one number per joint, (nv), or a configuration (nq): ParameterInfo::length
+//   double, VectorXd    the same, if the recording depends on the value
+//   std::optional<...>  adds no operation unless given
+//   an enumeration      a word of ParameterInfo::choices, in the order of the enumerators
+// Effects that are lists (wrenches, contacts, ...) have parameters of the list, and each `Item` has its own.
 #pragma once
 
 #include <dyntape/dynamics/model/model.h>
@@ -29,25 +29,24 @@ namespace dyntape::dynamics {
 
 enum class Length { kJoints, kConfiguration };  // nv; nq
 
-// The joints' values as the robot's file has them (nv).
+// The joints' values in the robot's file (nv).
 using RobotValues = VectorX<double> (*)(const Model<double>&);
 
 struct ParameterInfo {
-  static constexpr double kAny = std::numeric_limits<double>::max();  // finite, that is
+  static constexpr double kAny = std::numeric_limits<double>::max();  // any finite value
 
   const char* name;
-  const char* unit;  // of revolute and of sliding joints, "N m/rad or N/m"
+  const char* unit;  // for revolute and for prismatic joints, "N m/rad or N/m"
   const char* what;
-  double least = -kAny, most = kAny;  // each entry lies between, both included
-  bool above = false;                 // `least` itself is not allowed
-  std::optional<double> fallback =
-      {};                           // each entry, where none is given; of a Vector3: it stays as it was made
-  RobotValues of_robot = nullptr;   // where the robot's file has values
-  Length length = Length::kJoints;  // of vectors of any length
-  const char* choices = nullptr;    // of enumerations: words with blanks between them
+  double least = -kAny, most = kAny;    // range of each entry, including both ends
+  bool above = false;                   // true: `least` itself is excluded
+  std::optional<double> fallback = {};  // default of each entry; a Vector3 keeps its initial value
+  RobotValues of_robot = nullptr;       // the robot's file's values, if it has any
+  Length length = Length::kJoints;      // of vectors
+  const char* choices = nullptr;        // of enumerations, separated by blanks
 };
 
-// The values of the model, (nv), zero for joints of several columns; limits are infinite where there are none.
+// The values of the model, (nv); zero for joints of several columns; limits are infinite if there are none.
 template <class T>
 VectorX<T> model_armature(const Model<T>& model);
 template <class T>
@@ -57,7 +56,7 @@ VectorX<T> model_friction(const Model<T>& model);
 template <class T>
 VectorX<double> model_effort(const Model<T>& model);
 
-// An effect that is a list of things, of which some are fixed to frames: these have `body` and `X_BF`.
+// An effect that is a list of items; items on frames have `body` and `X_BF`.
 template <class Entry>
 struct EffectList : std::vector<Entry> {
   using Item = Entry;
@@ -69,7 +68,7 @@ struct EffectList : std::vector<Entry> {
   void reset() { this->clear(); }
 };
 
-// Fixes an item to a frame of the model; ArgumentError with the nearest name if there is none.
+// Places an item at a frame of the model; ArgumentError, with the nearest name, if the frame does not exist.
 template <class T, class Item>
 void place_at_frame(const Model<T>& model, const std::string& frame, Item& item) {
   const Frame<T>& F = model.frames[model.frame_index(frame)];
@@ -96,7 +95,7 @@ std::optional<Y> in_scalar(const std::optional<X>& x, const std::optional<Y>*) {
   return x ? std::optional<Y>(in_scalar(*x, static_cast<const Y*>(nullptr))) : std::nullopt;
 }
 
-// The type with T in the place of S.
+// The type with T instead of S.
 template <class Y, class S, class T>
 struct Rescaled {
   using type = Y;
@@ -118,7 +117,7 @@ struct Rescaled<std::optional<Y>, S, T> {
   using type = std::optional<typename Rescaled<Y, S, T>::type>;
 };
 
-// `from` holds a pointer: to the same type where the value is no matter of the scalar.
+// `from` is a pointer: the same type, if the value does not depend on the scalar.
 template <class S, class T, class Y>
 void assign_parameter(const std::any& from, Y& to) {
   using X = typename Rescaled<Y, S, T>::type;
@@ -129,7 +128,7 @@ void assign_parameter(const std::any& from, Y& to) {
   }
 }
 
-// All parameters of `from`, of scalar T, to those of `to`, of scalar S.
+// Casts all parameters of `from`, of scalar T, to those of `to`, of scalar S.
 template <class S, class T, class From, class To>
 void cast_parameters(const From& from, To& to) {
   std::vector<std::any> values;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What motors can give at most: it acts on the driving torques before they reach the joints.
+// Torque limits of motors, applied to the driving torques.
 //
 //   effects.saturation = Saturation<double>{model_effort(model), SaturationKind::kSmooth};
-//   forward_dynamics(model, data, torques, effects, q, v, command);      // torques.driven is what arrives
+//   forward_dynamics(model, data, torques, effects, q, v, command);      // torques.driven: the torques at the joints
 //
-//   kHard    tau = min(max(command, -L), L)        continuous; its slope 1 within, 0 beyond, jumps at +-L
+//   kHard    tau = min(max(command, -L), L)        continuous; derivative 1 inside, 0 outside, with jumps at +-L
 //   kSmooth  tau = L tanh(command / L)             infinitely often differentiable; 76 % of L at command = L
-// d tau / d command is left in EffectTorques::driven_slope.  It scales what the motors supply down.
+// d tau / d command is EffectTorques::driven_slope.  Energy: reduces the supply of the motors.
 #pragma once
 
 #include <dyntape/dynamics/effects/effect_torques.h>
@@ -22,7 +22,7 @@ template <class T>
 struct Saturation {
   static constexpr const char *kName = "torque saturation", *kKey = "torque_saturation";
 
-  Eigen::VectorXd limit = {};  // (nv) L, N m or N; +inf: none; of single joints, other entries are not read
+  Eigen::VectorXd limit = {};  // (nv) L, N m or N; +inf: none; for single joints, other entries are ignored
   SaturationKind kind = SaturationKind::kHard;
 
   template <class Self, class Visit>

@@ -4,8 +4,8 @@
 //
 //   effects.springs = Springs<double>{stiffness, rest};
 //
-// Stores E = k (q - q_rest)^2 / 2 (J).  Linear but for continuous joints half a turn from rest, where the torque jumps;
-// slope - k by q.
+// Energy: stores E = k (q - q_rest)^2 / 2 (J).  Linear, except for continuous joints half a turn from rest, where
+// the torque jumps; derivative - k by q.
 #pragma once
 
 #include <dyntape/dynamics/effects/effect_torques.h>
@@ -17,7 +17,7 @@ template <class T>
 struct Springs {
   static constexpr const char *kName = "joint springs", *kKey = "joint_springs";
 
-  VectorX<T> stiffness = {};  // (nv) N m/rad or N/m; of single joints, other entries are not read
+  VectorX<T> stiffness = {};  // (nv) N m/rad or N/m; for single joints, other entries are ignored
   VectorX<T> rest = {};       // (nq) configuration without spring torque
 
   template <class Self, class Visit>

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Tendons of fixed routing over single joints, with a spring and a damper along them.
+// Tendons with constant moment arms over single joints, with a spring and a damper.
 //
 //   Tendon<double> tendon;
-//   tendon.arms = Eigen::VectorXd{{0.02, -0.02}};     // m/rad, a joint each
+//   tendon.arms = Eigen::VectorXd{{0.02, -0.02}};     // m/rad, one per joint
 //   tendon.stiffness = 2000, effects.tendons.push_back(tendon);
 //
 //   l = length + sum c_j q_j      (m)          angles of continuous joints in [-pi, pi]
 //   F = k (l - rest_length) + d l'             kBothWays
-//   F = one_sided(l - rest_length, l')         kTension: it never pushes (one_sided.h), its margin is `slack`
+//   F = one_sided(l - rest_length, l')         kTension: only pulls (one_sided.h); its margin is `slack`
 //   tau_j = - c_j F
-// The spring stores energy, the damper takes some out.  kBothWays is linear, kTension twice continuously
-// differentiable.  Slopes: - c_i c_j dF/dl by q_j, - c_i c_j dF/dl' by v_j.  (MuJoCo's fixed tendons.)
+// Energy: the spring stores, the damper dissipates.  kBothWays is linear, kTension twice continuously
+// differentiable.  Derivatives:
+// - c_i c_j dF/dl by q_j, - c_i c_j dF/dl' by v_j.  (MuJoCo's fixed tendons.)
 #pragma once
 
 #include <dyntape/dynamics/effects/effect_torques.h>
@@ -24,13 +25,13 @@ enum class TendonKind { kBothWays, kTension };
 
 template <class T>
 struct Tendon {
-  Eigen::VectorXd arms = {};  // (nv) c, m/rad or 1; of single joints, other entries are not read
+  Eigen::VectorXd arms = {};  // (nv) c, m/rad or 1; for single joints, other entries are ignored
   T length = T(0);            // at zero coordinates, m
   T rest_length = T(0);       // m
   T stiffness = T(0);         // k, N/m
   T damping = T(0);           // d, N s/m
   TendonKind kind = TendonKind::kBothWays;
-  T slack = T(1e-3);  // m; of kTension
+  T slack = T(1e-3);  // m; for kTension
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
@@ -60,7 +61,7 @@ struct Tendon {
                         .fallback = 1e-3},
           self.slack);
   }
-  // visit(joint, arm) where there is one.
+  // Calls visit(joint, arm) for nonzero arms.
   template <class Visit>
   void for_each_arm(const Model<T>& model, Visit visit) const {
     for (const Joint<T>& joint : model.joints) {

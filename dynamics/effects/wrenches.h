@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Wrenches from outside on the bodies of a robot, fixed in the body or in the world, and their derivatives.
+// External wrenches on the bodies of a robot, constant in the body or in the world, and their derivatives.
 //
 //   std::vector<Wrench<double>> wrenches = {
 //       wrench_at_frame(model, model.frame_index("tool"), FixedIn::kWorld, {{0, 0, -20}, {0, 0, 0}})};
 //   WrenchTorques<double> w(model);                              // results and working memory, beside Data
 //   VectorX<double> tau = wrench_torques(model, data, w, wrenches, q);    // sum of J^T F
 //
-// A wrench acts at the origin of a frame F that is fixed to a body, (force, moment about that origin) in
-//   kBody    the axes of F, in which it is constant: a thruster, a propeller
-//   kWorld   the axes of the world, in which it is constant: wind, a rope, a weight, a contact force
-// The two give the same torques where the axes agree, and different derivatives.  Column S of joint j, with S
-// the same motion seen from F:
+// A wrench acts at the origin of a frame F on a body: (force, moment about that origin), constant in
+//   kBody    the axes of F: a thruster, a propeller
+//   kWorld   the axes of the world: wind, a rope, a weight, a contact force
+// Both have the same torques if the axes agree, but different derivatives.  For column S of joint j, with S the same
+// motion in F:
 //   d(J^T F) of F in its own axes: 0 (kBody),   - (s x f, s x n), s the angular part of S (kWorld);
-//   the joints before j also see their lever arms change: + S x* F.
-// dtau/dq of inverse dynamics with wrenches is that without, less the derivative of sum J^T F.  Only rotations
-// of the robot enter, not where it is.  Derived in docs/math.md (C.19 to C.25).
+//   for the joints before j also the change of the lever arms: + S x* F.
+// dtau/dq of inverse dynamics with wrenches is that without, minus the derivative of sum J^T F.  The results depend
+// on rotations of the robot, not on its position.  Source: docs/math.md (C.19 to C.25).
 #pragma once
 
 #include <dyntape/dynamics/algorithms/data.h>
@@ -29,8 +29,8 @@ enum class FixedIn { kBody, kWorld };
 
 template <class T>
 struct Wrench {
-  int body = -1;      // joint index of the body it acts on; -1: on the world, which does not move
-  Placement<T> X_BF;  // the frame at whose origin it acts, in the body
+  int body = -1;      // joint index of the body; -1: the world, which does not move
+  Placement<T> X_BF;  // the frame F in the body
   FixedIn fixed_in = FixedIn::kBody;
   Force<T> value;  // N, N m
 
@@ -50,13 +50,13 @@ struct Wrench {
   }
 };
 
-// At a frame of the model; ArgumentError if there is no such frame.
+// Places a wrench at a frame of the model; ArgumentError if the frame does not exist.
 template <class T>
 Wrench<T> wrench_at_frame(const Model<T>& model, int frame, FixedIn fixed_in,
                           const std::type_identity_t<Force<T>>& value);
 
-// What the wrenches on some bodies add up to, and what a turn of the bodies makes of those that do not turn
-// with them: f, n, and P = sum of r f^T, r their points, of the ones fixed in the world.
+// The sum of the wrenches on some bodies, and its change if these bodies turn, for wrenches fixed in the world: f,
+// n, and P = sum of r f^T with points r.
 template <class T>
 struct WrenchSum {
   Force<T> all;
@@ -75,14 +75,14 @@ struct WrenchTorques {
   MatrixX<T> dtau_dq;  // (nv x nv) its derivative
 
   // Working memory.
-  std::vector<WrenchSum<T>> sums;  // of body i and all beyond it, in frame i
+  std::vector<WrenchSum<T>> sums;  // of body i and all bodies beyond it, in frame i
 };
 
-// After forward_kinematics, with w.sums zero for the first: adds to w.sums.
+// After forward_kinematics: adds to w.sums, which must be zero before the first call.
 template <class T>
 void add_wrench(const Data<T>& data, WrenchTorques<T>& w, const Wrench<T>& wrench);
 
-// As an effect (effects.h).  Supplies energy or takes it.
+// Wrenches as an effect (effects.h).  Supply or dissipate energy.
 template <class T>
 struct Wrenches : EffectList<Wrench<T>> {
   static constexpr const char *kName = "wrenches", *kKey = "wrenches", *kItem = "wrench";
@@ -96,11 +96,11 @@ struct Wrenches : EffectList<Wrench<T>> {
   }
 };
 
-// w.tau; also data.X_WB.
+// Computes w.tau; also data.X_WB.
 template <class T>
 const VectorX<T>& wrench_torques(const Model<T>& model, Data<T>& data, WrenchTorques<T>& w,
                                  const std::vector<Wrench<T>>& wrenches, const VectorRef<T>& q);
-// w.dtau_dq and w.tau; also data.X_WB.
+// Computes w.dtau_dq and w.tau; also data.X_WB.
 template <class T>
 const MatrixX<T>& wrench_torque_derivatives(const Model<T>& model, Data<T>& data, WrenchTorques<T>& w,
                                             const std::vector<Wrench<T>>& wrenches, const VectorRef<T>& q);

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Configurations of a whole robot: q lives on a product of lines, circles and SE(3); v in its tangent space.
+// Configurations of a whole robot: q is in a product of lines, circles and SE(3); v is in its tangent space.
 //
 //   VectorX<double> q1 = integrate(model, q0, v);     // q0 (+) v: move by v, each joint in its moving frame
 //   VectorX<double> d  = difference(model, q0, q1);   // v again (angles up to half a turn)
 //
-// q (nq), v (nv).  Pairs (cos, sin) and quaternions of any length but zero are read by their direction,
-// results are of unit length; the quaternion stays on the sheet of the one it came from.  ArgumentError on
-// wrong sizes.
+// q (nq), v (nv).  Pairs (cos, sin) and quaternions may have any nonzero norm; results have unit norm.  The
+// quaternion keeps the sign branch of its argument.  ArgumentError for wrong sizes.
 #pragma once
 
 #include <dyntape/dynamics/model/joints.h>
@@ -39,7 +38,7 @@ TangentJacobians<T> difference_jacobians(const Model<T>& model, const VectorRef<
 template <class T>
 VectorX<T> neutral(const Model<T>& model);
 
-// Within the limits, (joints.h); the same engine state gives the same q on every machine, up to its libm.
+// Random, within the limits (joints.h); the same engine state gives the same q on every machine, up to its libm.
 template <class T>
 VectorX<T> random_configuration(const Model<T>& model, std::mt19937_64& random);
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Coordinates that follow others, in the full model's own vectors: v = G w with one entry in each row of G.
+// Mimic joints in the full model's vectors: v = G w with one entry in each row of G.
 //
 //   MimicModel<double> hand(model, rules);         // mimic.h
 //   Data<double> data(model);
 //   data.following = following(hand);
-//   aba(model, data, q, v, tau);                   // data.ddq = G a: what follows keeps following
+//   aba(model, data, q, v, tau);                   // data.ddq = G a: mimic joints keep their rules
 //
-// Where Data::following is set, forward dynamics is that of the joints that follow nobody: everywhere
+// If Data::following is set, forward dynamics is that of the joints without followers:
 //   Minv = G (G^T M G)^-1 G^T        ddq = Minv (tau - h)
-// stand for M^-1 and M^-1 (tau - h), in aba, minverse and fd_derivatives, and through them in second order,
-// constraints, impacts, operational space and effects.  Of torques only G^T tau matters.  q and v are to follow
-// already (expand_configuration, expand_tangent).  G^T M G is factored as it is: unlike articulated inertias that loses
-// digits where it is badly conditioned (inertia_condition.h).  Derivatives are those of the full coordinates with G held:
-// their columns times G are derivatives by w.  docs/math.md (J.16).
+// replace M^-1 and M^-1 (tau - h) in aba, minverse and fd_derivatives, and through these in second order,
+// constraints, impacts, operational space and effects.  Only G^T tau matters of the torques.  q and v must satisfy
+// the rules (expand_configuration, expand_tangent).  G^T M G is factorised directly: unlike articulated inertias
+// this loses digits if it is badly conditioned (inertia_condition.h).  Derivatives are with respect to the full
+// coordinates with G fixed; their columns times G are derivatives by w.  Source: docs/math.md (J.16).
 #pragma once
 
 #include <dyntape/dynamics/algebra/scalar.h>
@@ -26,7 +26,7 @@
 
 namespace dyntape::dynamics {
 
-// An entry of a full vector.
+// The rule of an entry of a full vector.
 struct FollowedEntry {
   enum class Is {
     kNumber,       // factor x[index] + offset
@@ -59,7 +59,7 @@ struct Following {
 
 namespace detail {
 
-// Structure is decided on plain numbers: a factor of one leaves no product.
+// The structure is decided on plain numbers: a factor of one adds no product.
 template <class T>
 T scaled(const T& x, double factor) {
   return factor == 1 ? x : T(x * T(factor));
@@ -73,7 +73,7 @@ T followed(const FollowedEntry& entry, const VectorRef<T>& x) {
   return value;
 }
 
-// (cos, sin) of factor angle + offset by as many turns of the pair as the factor has: no angle is taken, nothing jumps.
+// (cos, sin) of factor angle + offset by repeated products of the pair: no angle is computed, so nothing jumps.
 template <class T>
 std::pair<T, T> followed_pair(const FollowedEntry& entry, const VectorRef<T>& x) {
   const auto [cos_angle, sin_angle] = direction<T>(x[entry.index], x[entry.index + 1]);
@@ -87,7 +87,7 @@ std::pair<T, T> followed_pair(const FollowedEntry& entry, const VectorRef<T>& x)
   return {c, s};
 }
 
-// G x, and offsets.
+// G x plus offsets.
 template <class T>
 void expand(const std::vector<FollowedEntry>& entries, const VectorRef<T>& x, VectorX<T>& full) {
   for (size_t k = 0; k < entries.size(); ++k) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Everything that distinguishes one joint type from another.  To add a joint: a name in JointType (model.h),
-// a row in its table of traits, and a case in each switch of this file; the algorithms and the tests follow.
+// The joint types: placement, tangent space and limits of each.  To add a joint: a name in JointType (model.h), a
+// row in its table of traits, and a case in each switch of this file.  Algorithms and tests need no change.
 //
 //   Placement<T> X_PB = joint_placement(joint, X_PJ, q);   // body in its parent
 //   integrate(joint, q, v, q_next);                        // q_next = q (+) v, only this joint's entries
 //
-// q, v are whole vectors (nq), (nv); each function touches the entries of its joint.
+// q, v are the robot's whole vectors (nq), (nv); each function uses the entries of its joint.
 //
 //   type        q                        X_J(q)                           S (constant in the moving frame)
 //   revolute    angle                    Rot(axis, q)                     (0; axis)
@@ -18,8 +18,8 @@
 //   free-flyer  position, quaternion     (R(q), p)                        1 (6 x 6)
 //
 // A tangent v is a displacement in the moving frame: X_J(q (+) v) = X_J(q) exp(S v).  Pairs (cos, sin) and
-// quaternions are divided by their length wherever they enter.  A universal joint is two revolute ones
-// (add_universal): the cross between them keeps S constant, and every algorithm as it is.
+// quaternions are normalised in every function.  A universal joint is two revolute joints (add_universal): with the
+// cross between them S is constant, and no algorithm changes.
 #pragma once
 
 #include <dyntape/dynamics/algebra/lie.h>
@@ -33,7 +33,7 @@ namespace dyntape::dynamics {
 
 namespace detail {
 
-// Which of the six directions (linear, angular) column c of a joint of several columns moves along.
+// The direction (of six: linear, angular) of column c of a joint with several columns.
 constexpr int direction_of_column(JointType type, int c) {
   if (type == JointType::kSpherical) return c + 3;
   return type == JointType::kPlanar && c == 2 ? 5 : c;
@@ -67,14 +67,14 @@ std::vector<Dof> joint_dofs(const Joint<T>& joint, int index) {
 
 namespace detail {
 
-// The same direction, of moderate length (lie.h).
+// The same direction with moderate norm (lie.h).
 template <class T>
 std::pair<T, T> moderate_pair(const T& c, const T& s) {
   const T factor = moderation(T(c * c + s * s));
   return {c * factor, s * factor};
 }
 
-// Unit (cos, sin) of a pair of any length but zero.
+// Unit (cos, sin) of a nonzero pair.
 template <class T>
 std::pair<T, T> direction(const T& of_any_length_c, const T& of_any_length_s) {
   const auto [c, s] = moderate_pair<T>(of_any_length_c, of_any_length_s);
@@ -82,7 +82,7 @@ std::pair<T, T> direction(const T& of_any_length_c, const T& of_any_length_s) {
   return {c * scale, s * scale};
 }
 
-// The pair at q[i], turned further by an angle.
+// The pair at q[i], rotated by an angle.
 template <class T>
 void turn(const VectorRef<T>& q, int i, const T& angle, VectorX<T>& q_next) {
   const auto [c, s] = direction<T>(q[i], q[i + 1]);
@@ -117,7 +117,7 @@ Motion<T> free_flyer_difference(const VectorRef<T>& q0, const VectorRef<T>& q1, 
   return {inverse_right_jacobian(Vector3<T>(-w)) * p, w};
 }
 
-// S v of a joint of several columns.
+// S v of a joint with several columns.
 template <class T>
 Motion<T> joint_screw(const Joint<T>& joint, const VectorRef<T>& v) {
   Motion<T> xi;
@@ -289,7 +289,7 @@ void neutral(const Joint<T>& joint, VectorX<T>& q) {
   if (joint.type == JointType::kFreeFlyer) q[i + 6] = T(1);
 }
 
-// Uniform between the limits, in [-pi, pi] (rad) or [-1, 1] (m) where there are none; rotations uniform.
+// Uniform between the limits; without limits in [-pi, pi] (rad) or [-1, 1] (m); rotations uniform.
 template <class T>
 void random_configuration(const Joint<T>& joint, std::mt19937_64& random, VectorX<T>& q) {
   const int i = joint.idx_q;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Which joint follows which: what a URDF file's <mimic> says.
+// The rules of mimic joints, as in <mimic> elements of URDF files.
 //
 //   std::vector<MimicRule> rules = {{"finger_2", "finger_1", -1, 0}};     // q_2 = -q_1
 //   if (auto fault = mimic_fault(joint_kinds(model), rules)) std::cerr << fault->sentence;
 //
-// Rules name joints, so that they outlive operations on a model (model_operations.h).
+// Rules name joints, so they stay valid after operations on a model (model_operations.h).
 #pragma once
 
 #include <compare>
@@ -24,7 +24,7 @@ struct MimicRule {
   auto operator<=>(const MimicRule&) const = default;
 };
 
-// What rules need to know of a joint.
+// The properties of a joint that the rules depend on.
 struct JointKind {
   std::string name;
   JointType type;
@@ -37,25 +37,26 @@ std::vector<JointKind> joint_kinds(const Model<T>& model) {
   return kinds;
 }
 
-// What is wrong with the rules: unknown joints, joints with two rules, circles, joints of several degrees of freedom,
-// numbers that are not finite; followers on a line of a joint that turns, whose angle is known but for turns, and turning
-// followers of such a one by a multiplier that is not whole, which a turn of the leader would make jump.
+// Checks the rules: unknown joints, joints with two rules, cycles, joints of several degrees of freedom, numbers
+// that are not finite; followers on a line of a continuous joint, whose angle is known only up to full turns; and
+// continuous followers of a continuous joint with a multiplier that is not an integer, which would jump at a full
+// turn of the leader.
 struct MimicFault {
-  std::string joint;     // whose rule it is
+  std::string joint;     // joint of the rule
   std::string sentence;  // `joint "b" mimics "a", which is spherical; expected ...`
 };
 std::optional<MimicFault> mimic_fault(const std::vector<JointKind>& joints,
                                       const std::vector<MimicRule>& rules);
 
-// ArgumentError with the sentence of mimic_fault.
+// Throws ArgumentError with the sentence of mimic_fault.
 void check_mimic_rules(const std::string& model_name, const std::vector<JointKind>& joints,
                        const std::vector<MimicRule>& rules);
 
-// The same rules, each with the first leader of its chain: a joint that follows nobody.
+// The same rules, each with the first leader of its chain.
 std::vector<MimicRule> resolved(const std::vector<MimicRule>& rules);
 
-// The robot with joints held at zero, as lock_joints; what follows a held leader is held where the leader at
-// zero has it, and its rule goes.  ArgumentError for a follower whose leader is not held.
+// The robot with joints fixed at zero, as lock_joints.  Followers of a fixed leader are fixed at the position for
+// leader zero, and their rules are removed.  ArgumentError for a fixed follower whose leader is not fixed.
 Model<double> lock_with_followers(const Model<double>& model, const std::vector<std::string>& names,
                                   std::vector<MimicRule>& rules);
 

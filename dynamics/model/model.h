@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The description of a robot: a tree of rigid bodies, one joint before each.
+// The model of a robot: a tree of rigid bodies, each with the joint before it.
 //
 //   Model<double> model = load_urdf("arm.urdf", {.base = Base::kFixed});
-//   Model<AD>     taped = model.cast<AD>();           // same robot, constants on the tape
+//   Model<AD>     taped = model.cast<AD>();           // the same robot with constants on the tape
 //
-// Numbering.  Joint i carries body i (0 <= i < njoints()); parent[i] < i, and parent[i] == -1 is the world.
-// Joints appear in the order in which a depth-first walk of the URDF meets them, children by joint name, so
-// that q, v, a and tau are interchangeable with Pinocchio's.  Fixed joints do not appear: their bodies are
-// merged into the body they are fixed to and remain as frames.
+// Numbering.  Joint i carries body i (0 <= i < njoints()).  parent[i] < i; parent[i] == -1 is the world.  Joints are
+// in the order of a depth-first walk of the URDF, children by joint name, so q, v, a and tau are interchangeable
+// with Pinocchio's.  Fixed joints do not appear: their bodies are merged into the body before, and remain as frames.
 //
-// Frames.  Everything about body i is expressed in the frame of joint i's moving side (frame i), which is the
-// URDF link frame of the link behind it.  `X_PJ[i]` places the fixed side of joint i in the frame of its
-// parent: p_P = R p_J + p.  Units: kg, m, rad, s.
+// Frames.  All data of body i are in the frame of joint i's moving side (frame i), the URDF frame of the link after
+// the joint.  `X_PJ[i]` places the fixed side of joint i in the frame of its parent: p_P = R p_J + p.  Units: kg, m,
+// rad, s.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,7 +36,7 @@ enum class JointType {  // in the order of kJointTraits
   kFreeFlyer,  // nq 7, nv 6: position, quaternion (x y z w); velocity (linear, angular) in the moving frame
 };
 
-// What lists of joints ask; everything else that tells types apart is in joints.h.
+// Traits of joint types for lists of joints; all other differences are in joints.h.
 struct JointTraits {
   const char* name;  // as `info` prints it
   int nq, nv;
@@ -58,25 +57,25 @@ constexpr bool is_single(JointType type) { return traits(type).single; }
 
 struct JointLimits {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
-  double lower = -kNone, upper = kNone;  // position; +-inf where the file gives none
-  double velocity = kNone;               // >= 0, +inf where the file gives none
-  double effort = kNone;                 // >= 0, +inf where the file gives none
+  double lower = -kNone, upper = kNone;  // position; +-inf if the file has none
+  double velocity = kNone;               // >= 0, +inf if the file has none
+  double effort = kNone;                 // >= 0, +inf if the file has none
 };
 
 template <class T>
 struct Joint {
   std::string name;
   JointType type = JointType::kRevolute;
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit length; read by single joints only
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit length; used by single joints only
   int idx_q = 0, idx_v = 0;                         // where this joint's entries start in q and v
   JointLimits limits;
   T armature = T(0);  // reflected rotor inertia added to the diagonal of M (kg m^2 or kg); single joints only
-  T damping = T(0);   // from the file; acts only where an effect asks for it (effects.h)
+  T damping = T(0);   // from the file; acts only if an effect uses it (effects.h)
   T friction = T(0);  // likewise
   double pitch = 0;   // displacement per angle of a helical joint (m/rad)
 };
 
-// A named place on a body: a URDF link (or joint) frame.
+// A named frame on a body: a URDF link (or joint) frame.
 template <class T>
 struct Frame {
   std::string name;
@@ -101,30 +100,30 @@ struct Model {
   int joint_index(const std::string& joint_name) const;
   int frame_index(const std::string& frame_name) const;
 
-  // Appends a joint and its body; the one way to grow a model.  Returns its index.
+  // Appends a joint and its body; the only way to extend a model.  Returns its index.
   int add_joint(int parent_joint, const Joint<T>& joint, const Placement<T>& X_PJ, const Inertia<T>& inertia);
 
-  // Appends a universal joint and its body: name_1 turns a massless cross about axis_1, name_2 the body
-  // about axis_2, an axis of the cross.  q and v are the two angles and their rates, and S is constant in the
-  // frame of each.  Parallel axes are an ArgumentError.  Returns the index of the second.
+  // Appends a universal joint and its body: name_1 turns a massless cross about axis_1, name_2 turns the body about
+  // axis_2, an axis of the cross.  q and v are the two angles and their rates; S is constant in the frame of each.
+  // ArgumentError for parallel axes.  Returns the index of the second joint.
   int add_universal(int parent_joint, const std::string& joint_name, const Eigen::Vector3d& axis_1,
                     const Eigen::Vector3d& axis_2, const Placement<T>& X_PJ, const Inertia<T>& inertia);
 
-  // The same robot with constants of another scalar.  To double: for scalars that static_cast allows.
+  // The same robot with constants of another scalar.  To double: for scalars with static_cast.
   template <class S>
   Model<S> cast() const;
 };
 
 namespace detail {
 
-// Index of `wanted` among n names, -1 if it is none of them.
+// Index of `wanted` among n names, or -1.
 int place_of(const std::string& wanted, const std::vector<std::string>& names);
 
-// ArgumentError naming `what`, the model and what was meant.
+// Throws ArgumentError with `what`, the model and the nearest name.
 [[noreturn]] void refuse_name(const std::string& what, const std::string& model_name,
                               const std::string& wanted, const std::string& meant);
 
-// What add_joint demands: a parent that exists, an axis of unit length, a finite pitch.
+// Checks the conditions of add_joint: an existing parent, an axis of unit length, a finite pitch.
 void check_new_joint(const std::string& name, JointType type, const Eigen::Vector3d& axis, double pitch,
                      int parent, int njoints);
 void check_universal(const std::string& name, const Eigen::Vector3d& axis_1, const Eigen::Vector3d& axis_2);
@@ -138,8 +137,8 @@ std::vector<std::string> names_of(const std::vector<T>& named) {
 
 }  // namespace detail
 
-// What a name that no frame has may have meant, to end a sentence with: the link of the joint that has it, else the nearest
-// name of a frame.
+// A suggestion for a name that no frame has, for the end of a message: the link of the joint with this name, else
+// the nearest frame.
 template <class T>
 std::string meant_frame(const Model<T>& model, const std::string& wanted) {
   const int joint = detail::place_of(wanted, detail::names_of(model.joints));

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The joints that a workspace was made for.
+// The joints for which a workspace was made, to check that a model fits.
 //
 //   TreeShape shape = tree_shape_of(model);
-//   detail::check_shape("rnea", "data", model, shape);   // ArgumentError where the model has other joints
+//   detail::check_shape("rnea", "data", model, shape);   // ArgumentError if the model has other joints
 //
-// Sizes do not tell robots apart: a free-flyer has as many dofs as an arm of six joints.  What a workspace
-// keeps of the tree, and its columns S, would be wrong for the other, and its arrays too short.
+// Sizes do not identify a robot: a free-flyer has as many dofs as an arm of six joints.  A workspace for another
+// tree would have wrong columns S and arrays that are too short.
 #pragma once
 
 #include <dyntape/dynamics/model/checks.h>

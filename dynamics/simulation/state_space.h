@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a state is: where it lives, how it moves, how far apart two are.
+// State spaces: integration, difference and Jacobians on lines, rotations and products.
 //
 //   ConfigurationSpace<double> Q(model);                        // q of a robot: quaternions, (cos, sin), lines
 //   ProductSpace X(Q, EuclideanSpace<double>(model.nv));        // (q, v)
 //   VectorX<double> x1 = X.integrate(x0, d);                    // x0 (+) d
-//   VectorX<double> e  = X.difference(x0, x1);                  // d again (angles up to half a turn)
+//   VectorX<double> e  = X.difference(x0, x1);                  // d (angles up to half a turn)
 //
-// A state has nx entries and moves in nt directions; x (nx), d (nt).  Jacobians are tangent (nt x nt), increments at the
-// moved point on both sides, as in model/configuration.h: those of x (+) d by x and d, and of x1 (-) x0 by x0 and x1.
-// `lines` lists the entries that are plain numbers, x'[line.x] = x[line.x] + d[line.t]: on them a scheme may add as it
-// would in a vector space.
+// A state has nx entries and moves in nt directions; x (nx), d (nt).  Jacobians are tangent (nt x nt), with
+// increments at the moved point on both sides, as in model/configuration.h: of x (+) d by x and d, and of x1 (-) x0
+// by x0 and x1.  `lines` lists the entries that are plain numbers, x'[line.x] = x[line.x] + d[line.t]; there a
+// scheme may add as in a vector space.
 #pragma once
 
 #include <dyntape/dynamics/model/configuration.h>
@@ -21,7 +21,7 @@
 namespace dyntape::dynamics {
 
 struct Line {
-  int x, t;  // places in a state and in its tangent
+  int x, t;  // indices in a state and in its tangent
 };
 
 template <class S>
@@ -37,7 +37,7 @@ concept StateSpace = requires(const S& space, const VectorX<typename S::Scalar>&
   { space.lines() } -> std::same_as<std::vector<Line>>;
 };
 
-// n numbers.
+// n plain numbers.
 template <class T>
 class EuclideanSpace {
  public:
@@ -61,7 +61,7 @@ class EuclideanSpace {
   int n_;
 };
 
-// The configurations of a robot, which is kept by reference.
+// The configurations of a robot; holds a reference to the robot.
 template <class T>
 class ConfigurationSpace {
  public:
@@ -94,7 +94,7 @@ class ConfigurationSpace {
   const Model<T>* model_;
 };
 
-// Pairs: the entries of A, then those of B.
+// Products: the entries of A, then those of B.
 template <StateSpace A, StateSpace B>
 class ProductSpace {
  public:

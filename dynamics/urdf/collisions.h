@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where a robot touches a plane: spheres and points in place of the <collision> shapes of its URDF file.
+// The places where a robot touches a plane: spheres and points instead of the <collision> shapes of its URDF file.
 //
 //   UrdfCollisions touching = read_collisions("box.urdf", robot.model);
 //   for (const CollisionSphere& s : touching.spheres) ...    // s.center in the frame of body s.body, s.radius
 //
-//   sphere     itself
+//   sphere     a sphere
 //   box        its eight corners, points (radius 0)
-//   cylinder   eight points on each rim: it stands as it should and rolls as an octagon
-//   mesh       none: its link is in `meshes`
+//   cylinder   eight points on each rim: stands like a cylinder, rolls like an octagon
+//   mesh       none: the link's name is in `meshes`
 //
-// Links stand in the bodies of the model, fixed ones merged, as the shapes of visuals.h do.  A convex shape touches a plane
-// first at one of its corners, so that boxes and spheres are exact on planes; on waves they are where these are flat over the
+// Shapes belong to bodies of the model, with fixed links merged, like the shapes of visuals.h.  A convex shape
+// touches a plane first at a corner: boxes and spheres are exact on planes, and on waves that are flat over the
 // length of an edge.
 #pragma once
 
@@ -24,7 +24,7 @@ namespace dyntape::dynamics {
 
 struct CollisionSphere {
   std::string link;
-  int body = -1;           // of the model, -1: the world
+  int body = -1;           // of the model; -1: the world
   Eigen::Vector3d center;  // in the body's frame, m
   double radius = 0;       // m, 0: a point
 };
@@ -37,7 +37,7 @@ struct UrdfCollisions {
 
 UrdfCollisions read_collisions(const std::string& path, const Model<double>& model);
 
-// The same from text in memory; `file` stands for the name in messages.
+// The same from a text in memory; messages use `file` as its name.
 UrdfCollisions read_collisions_text(const std::string& text, const std::string& file,
                                     const Model<double>& model);
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// urdfdom, kept quiet.
+// Reads a text with urdfdom, without output on the console.
 //
 //   UrdfDom dom = read_with_urdfdom(contents, text, "arm.urdf");
 //   dom.model->getRoot() ...
 //
-// urdfdom reports by printing to the console and may return a model nevertheless (a NaN mass becomes a
-// massless link).  Here its messages are caught: an error is thrown as FileError, at the line of the link or
-// joint that it names, and warnings come back as notes.  The capture is process-wide inside urdfdom's logger,
-// so reading is serialised by a mutex; whatever logger the program had set is restored.
+// urdfdom prints its messages and may return a model despite an error (a NaN mass becomes a massless link).  This
+// function catches the messages: an error is thrown as FileError, at the line of the link or joint that it names,
+// and warnings are returned as notes.  urdfdom's logger is process-wide, so a mutex serialises reading; the
+// program's logger is restored.
 #pragma once
 
 #include <urdf_model/model.h>

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Mesh files: where they are, and what is in them.
+// Finds and reads mesh files.
 //
 //   std::string path = find_mesh("package://solo/meshes/base.stl", "/robots/solo12.urdf");  // "" if not there
 //   for (const MeshPart& part : read_mesh(path, {.urdf = "/robots/solo12.urdf"}).parts) ...
 //
-// assimp reads them.  Frames inside a COLLADA file are carried out, its unit of length becomes the metre, and its
-// axes are taken as they are (as RViz does), whatever it calls upwards.
+// assimp reads the files.  Frames inside a COLLADA file are applied, and its unit of length is converted to metres.
+// Its axes are used as they are (as in RViz), independent of its up axis.
 //
-// Triangles are counted before a file is parsed where its format allows, and before faces are cut into triangles and copies are
-// placed otherwise.  What a mesh names, as an .obj its materials, has to be a regular file below its own folder, that of the
-// robot or its package (the nearest folder above with a package.xml); a note says what is left out.
+// Triangles are counted before a file is parsed if the format allows, else before faces are triangulated and
+// instances are placed.  Files that a mesh names, such as the materials of an .obj, must be regular files below the
+// mesh's folder, the robot's folder or its package (the nearest folder above with a package.xml); a note lists what
+// is skipped.
 //
-// Errors: FileError for a file that is not there, is no .stl, .obj or .dae, has no triangles or more than it may have; and where
-// it is stopped.
+// Errors.  FileError: a file that does not exist, is not .stl, .obj or .dae, or has no triangles or too many; and if
+// stopped.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +27,7 @@
 
 namespace dyntape::dynamics {
 
-// Triangles in the axes of the shape; lengths as in the file, before the scale of the URDF.
+// Triangles in the axes of the shape; lengths as in the file, without the scale of the URDF.
 struct Mesh {
   std::vector<Eigen::Vector3f> vertices;
   std::vector<std::array<int, 3>> triangles;  // three vertices each
@@ -35,7 +36,7 @@ struct Mesh {
 // The triangles of one colour.
 struct MeshPart {
   std::shared_ptr<const Mesh> mesh;
-  std::optional<Eigen::Vector4d> color;  // red, green, blue, opacity; none where the file gives none
+  std::optional<Eigen::Vector4d> color;  // red, green, blue, opacity; empty if the file has no colour
 };
 
 std::string find_mesh(const std::string& name, const std::string& urdf);

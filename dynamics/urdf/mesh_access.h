@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a mesh file may cost before it is parsed, and which other files it may have read (private to mesh.cpp).
+// Limits the cost of a mesh file before it is parsed, and the other files that it may read (private to mesh.cpp).
 //
 //   const std::string bytes = mesh_bytes(path);                  // of a regular file; FileError
 //   const MeshSize size = size_of_mesh(bytes, ".obj");           // counted in the text, nothing is parsed
 //   importer.SetIOHandler(new MeshAccess(path, bytes, folders, notes));
 //
-// A mesh names files of its own, an .obj its materials: any path, a pipe that nobody writes to among them.
+// A mesh names other files, for example the materials of an .obj.  The path may be any path, also a pipe without a
+// writer.
 #pragma once
 
 #include <assimp/IOStream.hpp>
@@ -22,12 +23,13 @@ std::string mesh_bytes(const std::string& path);
 
 struct MeshSize {
   std::size_t triangles = 0;
-  double effort = 0;  // of cutting faces into triangles: the sum of squares of their corners
+  double effort = 0;  // of cutting faces into triangles: the sum of the squared numbers of corners
 };
-// Zero of .dae files, which say it only when they are parsed.
+// Zero for .dae files, whose sizes are known only after parsing.
 MeshSize size_of_mesh(const std::string& bytes, const std::string& extension);
 
-// The mesh, whose bytes are there already, and what it names: regular files of moderate size in or below these folders.
+// Gives the importer the mesh, whose bytes are already read, and the files that it names: regular files of moderate
+// size in or below these folders.
 class MeshAccess : public Assimp::IOSystem {
  public:
   MeshAccess(std::string path, const std::string& bytes, std::vector<std::filesystem::path> folders,

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The text of a URDF file, with positions: what urdfdom does not give.
+// The text of a URDF file with line numbers, which urdfdom does not give.
 //
 //   UrdfText text = parse_urdf_text(contents, "arm.urdf");     // FileError if not well formed XML
 //   for (const XMLElement* link : text.children("link")) ...
 //   text.fail(element, "link \"arm\" has no name");            // throws FileError "arm.urdf:12: link ..."
 //
-// Numbers are read strictly (the whole attribute, finite, the right count) and without the locale.
+// Numbers are read strictly (the whole attribute, finite, the right count), independent of the locale.
 #pragma once
 
 #include <tinyxml2.h>
@@ -28,7 +28,7 @@ class UrdfText {
 
   // Elements <tag> directly below <robot>, in file order.
   std::vector<const tinyxml2::XMLElement*> children(const char* tag) const;
-  // The first link or joint named so, or nullptr.
+  // The first link or joint of this name, or nullptr.
   const tinyxml2::XMLElement* find_link(const std::string& name) const;
   const tinyxml2::XMLElement* find_joint(const std::string& name) const;
 
@@ -51,13 +51,13 @@ class UrdfText {
   std::map<std::string, const tinyxml2::XMLElement*> links_, joints_;
 };
 
-// Well-formed XML whose root is <robot>, or FileError with the line.
+// Parses well-formed XML with root <robot>; FileError with the line otherwise.
 UrdfText parse_urdf_text(const std::string& contents, const std::string& file);
 
 // `link "arm"`, or `link` if it has no name.
 std::string describe(const tinyxml2::XMLElement& element);
 
-// A figure for a message: four significant digits, whatever the locale.
+// A number for a message: four significant digits, independent of the locale.
 std::string digits(double x);
 
 }  // namespace dyntape::dynamics

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A hand that reaches behind a post: where it shall be and what it keeps clear of, in a few lines.
+// A hand reaches behind a post: a goal for the hand and collision avoidance, in a few lines.
 //
-//   minimise  int |q''|^2 dt     from rest to rest in 2 s,  the hand's position given at the end
+//   minimise  int |q''|^2 dt     from rest to rest in 2 s,  with the hand's final position given
 #include <cstdio>
 
 #include <dyntape/dynamics/urdf/urdf.h>
@@ -29,9 +29,9 @@ int main(int argc, char** argv) {
   limit_efforts(p, scene, ControlUnit::kPhysical);
   p.start.setZero();
   p.start.head(n) << -0.8, -1.2, 1.4, -0.6, 0.9, 0.2;
-  p.goal.tail(n).setZero();  // at rest, wherever the joints are
+  p.goal.tail(n).setZero();  // at rest, with free joint positions
 
-  // The guess goes straight to joints that put the hand there.
+  // The guess goes straight to joint positions that put the hand there.
   const auto there = inverse_kinematics(scene, place, p.start.head(n));
   if (!there) return 1;
   Problem ends = p;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Many evaluations at once: the torques of an arm and their derivatives at 20000 states, one by one, side by side in the lanes of
-// the processor's registers, and shared by threads.  The results have the same bits.
+// Many evaluations at once: the torques of an arm and their derivatives at 20000 states, one by one, in SIMD lanes,
+// and in threads.  The results have the same bits.
 //
 //   x = (q, v, a) (18) states of six joints         y = tau (6) N m         dy/dx: its non-zeros
 #include <chrono>
@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
   std::vector<double> first_y, first_J;
   double alone = 0;
   bool same = true;
-  // Portable functions have kernels of several lanes for sine and cosine too; libm's are called a lane at a time.
+  // Portable functions have kernels with lanes for sine and cosine too; libm's are called lane by lane.
   for (const auto& [name, lanes, threads] : {std::tuple("one by one", Lanes::kNone, 1u),
                                              {"in lanes", Lanes::kNative, 1u},
                                              {"in lanes, by all threads", Lanes::kNative, 0u}}) {
@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
     std::printf("%-25s %6.3f us a state, %.1f times as fast\n", name, 1e6 * least / count, alone / least);
   }
 
-  // Whatever the way, these are the torques.
+  // All ways give these torques.
   dynamics::Data<double> data(arm);
   double off = 0;
   for (std::size_t k = 0; k < count; k += 1000) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Parameters: a crane whose hook follows a reference that changes while it moves.  The problem is recorded and compiled
-// once; then every new reference, load and start is a change in place, and a solve from the last motion.
+// Parameters: the hook of a crane follows a changing reference.  The problem is recorded and compiled once.  Every
+// new reference, load and start is set in place, followed by a solve from the last motion.
 #include <cmath>
 #include <cstdio>
 
@@ -43,13 +43,13 @@ int main() try {
   double worst = 0;
   for (int round = 0; round < 8; ++round) {
     const double now = round * kStep,
-                 goal = round < 4 ? 1.0 : -0.5;  // the reference is another one after 2 s
+                 goal = round < 4 ? 1.0 : -0.5;  // the reference changes after 2 s
     Problem values = nlp.problem();
     values.parameters.set("reference", [=](double t) {
       return Eigen::VectorXd::Constant(1, goal + 0.1 * std::sin(2 * (now + t)));
     });
     if (round == 4) values.parameters.set("gentle", 0.05);
-    if (round > 0) {  // where the last motion is by now
+    if (round > 0) {  // the state of the last motion at this time
       const Trajectory last = nlp.trajectory(x);
       values.start = last.x.col(last.node(int(kStep / kHorizon * last.intervals())));
     }
@@ -60,7 +60,7 @@ int main() try {
     const double hook =
         s.motion.x(0, s.motion.points() - 1) + kRope * std::sin(s.motion.x(1, s.motion.points() - 1));
     const double off = std::abs(hook - goal - 0.1 * std::sin(2 * (now + kHorizon)));
-    if (round % 4 == 3) worst = std::max(worst, off);  // when it has had the time
+    if (round % 4 == 3) worst = std::max(worst, off);  // after enough time to reach it
     std::printf("t = %.1f s: %2d iterations, %5.1f ms, ends %.3f m from the reference, start %.3f m\n", now,
                 s.nlp.iterations(), 1e3 * s.nlp.times.total, off, s.motion.x(0, 0));
   }

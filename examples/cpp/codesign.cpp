@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Co-design: how the torques that hold an arm change with its lengths and masses, and a lighter arm by Newton
-// steps on its design rather than on its motion.
+// Co-design: how the holding torques of an arm change with its lengths and masses, and a lighter arm by Newton steps
+// on its design.
 #include <cstdio>
 
 #include <dyntape/autodiff/derive/derive.h>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A constraint of one's own: the elbow and the hand of an arm stay clear of a sphere that may move.
+// Your own constraint: the elbow and the hand of an arm stay clear of a sphere that may move.
 //
 //   x = q (6) joint angles (rad);  p = (centre (3), radius (1)), m
 //   y_i = |point_i(q) - centre|^2 - radius^2 >= 0, one for each point (m^2)
 //
-// The squared distance is smooth everywhere, also in the centre, where the distance itself is not.
+// The squared distance is smooth everywhere, also at the centre, where the distance is not.
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -39,17 +39,17 @@ int main(int argc, char** argv) {
   const vector_t y = clearance.getFunctionValue(q, p);
   std::printf("clearance of elbow %.4f m^2, of hand %.4f m^2\n", y[0], y[1]);
 
-  // Sparse: the elbow does not depend on the joints behind it.
+  // Sparse: the elbow does not depend on the joints after it.
   const Pattern& pattern = clearance.jacobianPattern();
   std::printf("%zu of %zu derivatives can be non-zero\n", pattern.nnz(), pattern.rows * pattern.cols);
 
-  // All that an optimiser asks for, in one call and into its own memory: values, Jacobian, and the Hessian of the
+  // All values for an optimiser in one call, into its own memory: values, Jacobian, and the Hessian of the
   // constraints weighted with its multipliers.
   const std::vector<double> multipliers = {0.5, 2.0};
   std::vector<double> values(2), jacobian(pattern.nnz()), hessian(clearance.hessianPattern().nnz());
   clearance.evaluate(q.data(), p.data(), values.data(), jacobian.data(), multipliers.data(), hessian.data());
 
-  // The obstacle is a parameter: where it goes needs no new recording, and even its effect has derivatives.
+  // The obstacle is a parameter: it moves without another recording, and derivatives with respect to it exist.
   const matrix_t by_obstacle = clearance.getParameterJacobian(q, p);
 
   // Check against central differences.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A cost of one's own: keep the hand of an arm on a moving target.  One residual serves as value, Gauss-Newton
-// model and exact Hessian.
+// Your own cost: keep the hand of an arm on a moving target.  One residual gives the value, the Gauss-Newton model
+// and the exact Hessian.
 //
-//   x = q (6) joint angles (rad);  p = (target (3), m;  weight (1), 1/m)   what changes between calls
+//   x = q (6) joint angles (rad);  p = (target (3), m;  weight (1), 1/m)   changes between calls
 //   y = weight (hand(q) - target)                                         cost = 1/2 |y|^2
 #include <cstdio>
 
@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
       6, 4, "hand-tracking-cost");
   cost.createModels(AdFunction::ApproximationOrder::Second, false);
 
-  // Newton's method with Gauss-Newton steps, to a target in reach: its position at another configuration.
+  // Newton's method with Gauss-Newton steps to a reachable target: the position at another configuration.
   vector_t q = (vector_t(6) << 0.3, -1.2, 1.4, -0.6, 0.9, 0.2).finished(), p(4);
   const vector_t there = (vector_t(6) << 0.5, -1.0, 1.2, -0.5, 1.1, 0.0).finished();
   p << 0, 0, 0, 1;
@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
     std::printf("step %d: cost %.3e\n", i + 1, left);
   }
 
-  // On the target the residual is zero: there Gauss-Newton is the exact Hessian.
+  // At the target the residual is zero, so the Gauss-Newton Hessian is exact.
   const auto end = residual.getGaussNewtonApproximation(q, p);
   const bool exact_at_end = end.dfdxx.isApprox(cost.getHessian(0, q, p), 1e-6);
   std::printf("%s\n", same_slope && left < 1e-16 && exact_at_end ? "on target" : "NOT on target");

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Dynamics of one's own that are no robot: a boat goes down a river in least time, and the current grows with the distance from
-// the bank (E. Zermelo's problem).
+// Your own dynamics, not of a robot: a boat goes down a river in least time; the current grows with the distance
+// from the bank (E. Zermelo's problem).
 //
 //   x' = V cos(h) + c y,   y' = V sin(h)          heading h, own speed V (m/s), c the current's growth (1/s)
 //
-// A rate is a lambda of the stage (interface/control/problem/stage.h).  Optimal headings follow h' = -c cos(h)^2, so tan(h) falls by c each
-// second: that is what is checked, and the solver is told nothing of it.
+// A rate is a lambda of the stage (interface/control/problem/stage.h).  Optimal headings satisfy h' = -c cos(h)^2,
+// so tan(h) decreases by c per second.  The program checks this; the solver does not know it.
 #include <cmath>
 #include <cstdio>
 
@@ -20,14 +20,14 @@ constexpr double kSpeed = 1, kGrowth = 0.7;  // m/s, 1/s
 Problem journey() {
   Problem p("journey", {"along", "across"}, {"heading"}, 5, [](const auto& s) {
     using std::cos, std::sin;
-    using T = std::decay_t<decltype(s.t)>;  // AD while recording, double in the checks after the solve
+    using T = std::decay_t<decltype(s.t)>;  // AD while recording, double in the verification
     return vector(T(kSpeed * cos(s.u[0]) + kGrowth * s.x[1]), T(kSpeed * sin(s.u[0])));
   });
   p.add(minimum_time(1));
   p.free_duration(0.5, 20);
   p.start << 0, 0;
   p.goal << 6, 1;
-  p.guess = [](double t) {  // straight there
+  p.guess = [](double t) {  // straight to the goal
     return Stage<double>{t, Eigen::Vector2d(6, 1) * t / 5, {}, Eigen::VectorXd::Zero(1)};
   };
   return p;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A cost on joint torques, with the analytic derivatives of inverse dynamics inside: the robot is called, and not
-// recorded statement by statement.
+// A cost on joint torques with the analytic derivatives of inverse dynamics: the recording calls the robot instead
+// of recording its statements.
 #include <iostream>
 
 #include <dyntape/autodiff/record/record.h>
@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   const auto arm = dynamics::load_urdf(argc > 1 ? argv[1] : "config/robots/ur5.urdf");
   const auto torques = inverse_dynamics_callee(arm);  // (q, v, a) -> tau
 
-  // Variables: q, v, a; parameters: one weight a joint.
+  // Variables: q, v, a; parameters: one weight per joint.
   const auto effort = [&](const VectorXad& x, const VectorXad& weights) {
     return VectorXad::Constant(1, weights.dot(call(torques, x).cwiseAbs2()));
   };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A motion with the feedback that keeps it: swing a pendulum up against a weak motor by differential dynamic
-// programming, then push it on the way, with and without the policy.
+// A motion with a feedback policy: swing a pendulum up with a weak motor by differential dynamic programming, then
+// disturb it, with and without the policy.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -13,9 +13,9 @@
 using namespace dyntape;
 
 constexpr double kMass = 1, kLength = 0.5, kGravity = 9.81, kDamping = 0.05;  // kg, m, m/s^2, N m s
-constexpr double kTorque = 2.5;  // N m: half of what holds it level
+constexpr double kTorque = 2.5;  // N m: half of the torque that holds it level
 
-// Angle (rad), which hangs at 0, and its rate; the torque of the motor.
+// Angle (rad), 0 when hanging, and its rate; the torque of the motor.
 const auto pendulum = [](const auto& s) {
   using std::sin;
   using T = std::decay_t<decltype(s.t)>;
@@ -39,7 +39,7 @@ Problem swing_up() {
   return p;
 }
 
-// Where it ends, pushed by 0.1 rad/s in the middle; gain 1: with the policy, 0: the torques as they were.
+// The final state after a push of 0.1 rad/s in the middle; gain 1: with the policy, 0: without.
 Eigen::VectorXd end_of(const Problem& problem, const DdpSolution& plan, double gain) {
   Eigen::VectorXd x = problem.start;
   for (Eigen::Index k = 0; k < plan.u.cols(); ++k) {

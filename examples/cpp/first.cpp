@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The program of the README: a cost of one's own on a robot, with exact derivatives from compiled C.
+// The program of the README: your own cost on a robot, with exact derivatives from compiled C.
 #include <iostream>
 
 #include <dyntape/autodiff/record/record.h>
@@ -27,7 +27,8 @@ int main(int argc, char** argv) {
   const auto r = compiled.evaluate(Order::kSecond, {0.3, -0.5, 0, -2, 0, 1.5, 0.5, 0, 0}, {0.5, 0, 0.5}, {1});
   std::cout << "distance^2 " << r.y[0] << ", " << r.hessian.size() << " second derivatives, "
             << compiled.operations(Order::kSecond) << " operations\n";
-  // Non-zeros of the derivatives: entry k is that of jacobian_pattern().row[k] by .col[k].  The hand does not see the fingers' joints.
+  // Non-zeros of the derivatives: entry k is at jacobian_pattern().row[k], .col[k].  The hand does not depend on the
+  // fingers' joints.
   const Pattern& pattern = compiled.jacobian_pattern();
   for (std::size_t k = 0; k < pattern.nnz(); ++k)
     std::cout << "  by q" << pattern.col[k] << "  " << r.jacobian[k] << "\n";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Weighing an arm by its torques: which combinations of masses show, from a motion with noise, and how well.
+// Identifies masses of an arm from its torques: which combinations are identifiable from a noisy motion, and how
+// accurately.
 #include <cstdio>
 #include <random>
 
@@ -16,14 +17,14 @@ int main(int argc, char** argv) {
   const BaseParameters base = base_parameters(arm);
   std::printf("%s: %d base parameters of %d\n", arm.name.c_str(), base.rank(), 10 * arm.njoints());
 
-  // The motion that tells most within the limits, against one by chance.
+  // The most informative motion within the limits, compared with a random one.
   ExcitationOptions options;
   options.max_iterations = 30;
   const Excitation best = optimal_excitation(arm, base, options);
   std::printf("log det of the information %.2f, of the best random series %.2f\n", best.log_det,
               best.random_log_det);
 
-  // Driven ten times; the torque sensors are noisy.
+  // Driven ten times, with noisy torque sensors.
   const Eigen::VectorXd times = Eigen::VectorXd::LinSpaced(2000, 0, 10 * options.period);
   Samples measured = sample(arm, best.series, times);
   measured.tau.resize(arm.nv, times.size());

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A loop that stays a loop: Kepler's equation  E - e sin E = M  as a kernel on the tape.
+// A loop as a kernel on the tape: Kepler's equation  E - e sin E = M.
 //
-// Newton's iteration runs a fixed number of times, in a function of its own that the recording calls but
-// does not look into.  Its derivative does not differentiate the loop: by the implicit function theorem
+// Newton's iteration runs a fixed number of times in a function that the recording calls.  The derivative does not
+// differentiate the loop, but uses the implicit function theorem:
 //
 //     (1 - e cos E) dE = dM + sin E de
 //
-// and since that formula is recorded code that calls the kernel again, second derivatives follow by themselves.
+// This formula is recorded code that calls the kernel again, so second derivatives follow.
 #include <cmath>
 #include <cstdio>
 
@@ -20,7 +20,7 @@ using namespace dyntape;
 
 std::shared_ptr<const Callee> make_kepler();
 
-// (M, e) -> E.  One kernel, however often it is called: equal calls are then one call.
+// (M, e) -> E.  Use one kernel for all calls: equal calls are then merged.
 std::shared_ptr<const Callee> kepler() {
   static const auto kernel = make_kepler();
   return kernel;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A control loop: measure, plan from there, apply the plan's control until the next measurement.  The plan is an optimal control
-// problem over the next second, made once and solved anew every 50 ms by one quadratic program (the real-time iteration).
+// A control loop: measure, plan from the measured state, apply the plan's control until the next measurement.  The
+// plan is an optimal control problem over the next second, built once and solved every 50 ms by one quadratic
+// program (the real-time iteration).
 //
-// The plant is not the model: its load is heavier than the controller believes, until it is told so, in place.  Closing such
-// loops in one call, with pushes and delays: close_loop() in interface/control/mpc/closed_loop.h.
+// The plant differs from the model: its load is heavier than the controller assumes, until the parameter is updated
+// in place.  For such loops in one call, with disturbances and delays, use close_loop() in
+// interface/control/mpc/closed_loop.h.
 #include <cmath>
 #include <cstdio>
 
@@ -18,10 +20,11 @@ constexpr double kPeriod = 0.05, kTrueLoad = 1.5;  // s, kg
 
 double wanted(double t) { return 0.5 * std::sin(t); }  // rad
 
-// An arm of one joint lifts a load at its end, 0.4 m from the joint; angle from the level (rad), its rate, torque (N m).
+// An arm of one joint lifts a load at its end, 0.4 m from the joint; angle from horizontal (rad), its rate, torque
+// (N m).
 Problem lifting() {
   Parameters parameters;
-  const Parameter load = parameters.add("load", 1.0);  // kg: what the controller believes
+  const Parameter load = parameters.add("load", 1.0);  // kg: the controller's assumption
   const Parameter reference =
       parameters.add("reference", [](double t) { return Eigen::VectorXd::Constant(1, wanted(t)); });
   Problem p("lift", {"angle", "rate"}, {"torque"}, 1.0, [load](const auto& s) {
@@ -47,10 +50,10 @@ int main() try {
   Problem plant = lifting();
   plant.parameters.set("load", kTrueLoad);
   Eigen::VectorXd x = plant.start;
-  double off[2] = {0, 0}, longest = 0;  // from the reference, before and after the controller knows
+  double off[2] = {0, 0}, longest = 0;  // error of the reference, before and after the update
   for (int k = 0; k < 240; ++k) {
     const double t = k * kPeriod;
-    if (k == 120) mpc.values().parameters.set("load", kTrueLoad);  // nothing is recorded or compiled again
+    if (k == 120) mpc.values().parameters.set("load", kTrueLoad);  // without recording or compiling
     const MpcStep& step = mpc.step(t, x);
     if (!step.usable) return std::printf("no usable plan at %.2f s: %s\n", t, to_string(step.status)), 1;
     if (k > 0) longest = std::max(longest, step.seconds);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A robot of one's own, from its description to a motion: a crane with a trolley on a rail, a winch and a swinging load.
+// Your own robot, from its description to a motion: a crane with a trolley on a rail, a winch and a swinging load.
 //
-// The description is URDF, here as text; `dyntape` has the same by file: `dyntape info crane.urdf`, and a task file for the
-// motion (config/tasks).  Trolley and winch are driven, the swing is not: what it does is the dynamics' to say.
+// The description is URDF, here as text; `dyntape` does the same with files: `dyntape info crane.urdf`, and a task
+// file for the motion (config/tasks).  Trolley and winch have motors, the swing has none.
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
@@ -31,14 +31,14 @@ int main() try {
   const RobotScene scene{dynamics::load_urdf_text(kCrane, "crane.urdf"), {}, {"drive", "winch"}};
   std::printf("%s: %d joints, driven: drive, winch\n", scene.model.name.c_str(), scene.model.nv);
 
-  // From rest to rest over a wall that the load has to clear, with least effort; 4 s.
+  // From rest to rest over a wall that the load must clear, with least effort; 4 s.
   Problem p = robot_problem(scene, {.duration = 4});
   p.add(squared_controls(1e-3));
   limit_positions(p, scene), limit_velocities(p, scene), limit_efforts(p, scene, ControlUnit::kPhysical);
   p.start << 0.5, 0, 3, 0, 0, 0;  // drive (m), swing (rad), winch (m), then their rates
   p.goal << 5.5, 0, 3, 0, 0, 0;
   const StageFunction load = frame_position(scene, "load", {0, 0, 0});
-  p.add(path_inequality(  // 2 m high where it passes x = 3 m: a smooth hill in its stead
+  p.add(path_inequality(  // 2 m high at x = 3 m: a smooth hill instead of the wall
       "over the wall", StageFunction([load](const auto& s) {
         using std::exp;
         const auto at = load(s);
@@ -62,7 +62,7 @@ int main() try {
   }
   std::printf("%s, %d iterations; load lifted to %.2f m, swings up to %.2f rad, clears the hill by %.1e m\n",
               to_string(s.nlp.status), s.iterations(), highest, swing, least);
-  // Lengthening is positive, and the rope hangs on the trolley: at rest the winch holds the load alone.
+  // Lengthening is positive, and the rope hangs on the trolley: at rest the winch holds only the load.
   const double pull = -holding_torque(scene, p.start.head(3))[2];
   std::printf("at rest the winch pulls with %.2f N\n", pull);
   const bool holds = std::abs(pull - 10 * 9.81) < 1e-9;

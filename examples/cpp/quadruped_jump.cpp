@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A quadruped jumps, within its torques: feet push off inside their friction cones, fly, and are set down where they stood
-// without an impact.  Three phases with contacts of their own, found from standing still; with a file, it plays in 3D:
+// A quadruped jumps within its torque limits: feet push off inside their friction cones, fly, and land at their old
+// positions without impact.  Three phases with different contacts, from a guess that stands still; with a file, the
+// motion plays in 3D:
 //   example_quadruped_jump [jump.html]
 #include <cstdio>
 
@@ -19,7 +20,7 @@ constexpr double kTorque = 2.5;                   // N m
 constexpr double kOnGround = 0.3, kInAir = 0.25;  // s
 constexpr const char* kRobot = "config/robots/solo12.urdf";
 
-// A phase that begins and ends anywhere; its guess stands still.
+// A phase with free start and end; its guess stands still.
 Problem phase(const RobotScene& scene, const VectorXd& q, double duration,
               const std::vector<HeldContact>& contacts) {
   const RobotProblemOptions options{duration, DynamicsForm::kInverse, ControlUnit::kPhysical, {}, contacts};
@@ -55,7 +56,7 @@ int main(int argc, char** argv) try {
     for (const Term& term : landing(scene, foot, Landing::kAtRest)) flight.add(term);
     flight.add(stays_above(scene, foot));
   }
-  settling.goal.head(6) = q.head(6);       // of the base: where it was, level,
+  settling.goal.head(6) = q.head(6);       // of the base: at its first position, level,
   settling.goal.segment(nq, 6).setZero();  // at rest; the feet hold the joints
 
   Phases jump("jump");
@@ -72,7 +73,7 @@ int main(int argc, char** argv) try {
     write_player(
         {.title = "jump", .model = scene.model, .visuals = visuals, .t = s.motion.t, .q = states.topRows(nq)},
         argv[1]);
-  // A mesh for looking at: 40 intervals a phase make every interval true to a thousandth, and s.success() with it.
+  // A mesh for display: 40 intervals per phase reduce all defects to a thousandth, and then s.success() holds.
   return s.converged() && rise > 0.07 && defect < 0.05 ? 0 : 1;
 } catch (const Error& e) {
   std::fprintf(stderr, "%s\n", e.what());

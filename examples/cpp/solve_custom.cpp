@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// An optimal control problem of one's own: swing a pole up on a cart, with a cost and a constraint that no task
-// file knows.  Both are lambdas; recording, derivatives, transcription and Ipopt follow by themselves.
+// Your own optimal control problem: swing a pole up on a cart, with a cost and a constraint that task files do not
+// have.  Both are lambdas; recording, derivatives, transcription and Ipopt need no further code.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -13,8 +13,8 @@ using namespace dyntape;
 
 constexpr double kCart = 1.0, kBob = 0.3, kLength = 0.5, kGravity = 9.81;  // kg, kg, m, m/s^2
 
-// State x = (p, th, p', th'): cart position (m) and angle of the pole (rad), which hangs at 0; control u: force on
-// the cart (N).  Generic in the scalar: `s` holds doubles or taped values.
+// State x = (p, th, p', th'): cart position (m) and angle of the pole (rad), 0 when hanging; control u: force on the
+// cart (N).  Generic in the scalar: `s` holds doubles or taped values.
 const auto cart_pole = [](const auto& s) {
   using std::cos, std::sin;
   using T = std::decay_t<decltype(s.t)>;
@@ -25,7 +25,7 @@ const auto cart_pole = [](const auto& s) {
   return vector(T(s.x[2]), w, acceleration, spin);
 };
 
-// Tip of the pole: how far along the rail, and the square of its speed.
+// Tip of the pole: position along the rail, and the square of its speed.
 const auto tip_position = [](const auto& s) {
   using std::sin;
   return s.x[0] + kLength * sin(s.x[1]);

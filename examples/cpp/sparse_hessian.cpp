@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A program for a solver of one's own: patterns and non-zeros of the constraints' Jacobian and of the Lagrangian's Hessian,
+// A program for another solver: patterns and non-zeros of the constraints' Jacobian and of the Lagrangian's Hessian,
 //
-//   sigma f(x) + lambda . g(x)         its lower triangle, each place once
+//   sigma f(x) + lambda . g(x)         its lower triangle, each position once
 //
-// as StagedNlp serves them (interface/control/nlp/nlp.h): a fixed pattern, and a call that fills in the numbers and allocates
-// nothing.  A single function has the same: AdFunction::hessianPattern(), in custom_constraint.cpp its Jacobian's.
+// from StagedNlp (interface/control/nlp/nlp.h): a fixed pattern, and a call that fills in the numbers without
+// allocation.  A single function has the same: AdFunction::hessianPattern(), and in custom_constraint.cpp its
+// Jacobian's.
 #include <Eigen/SparseCore>
 #include <cstdio>
 #include <random>
@@ -17,7 +18,7 @@ using namespace dyntape;
 using Eigen::VectorXd;
 using Sparse = Eigen::SparseMatrix<double>;
 
-// A pendulum that is swung to the level, with least torque.
+// A pendulum is swung to horizontal with least torque.
 Problem swing() {
   Problem p("pendulum", {"angle", "rate"}, {"torque"}, 1, [](const auto& s) {
     using std::sin;
@@ -49,13 +50,13 @@ int main() try {
   const Sparse lower = matrix(shape.hessian, hessian);
   std::printf("%ld variables, %ld constraints; H: %zu of %ld places, J: %zu of %ld\n", n, m,
               shape.hessian.nnz(), n * (n + 1) / 2, shape.jacobian.nnz(), n * m);
-  for (std::size_t k = 0; k < 4; ++k) {  // one block a point: here angle and torque of the first two
+  for (std::size_t k = 0; k < 4; ++k) {  // one block per point: here angle and torque of the first two
     const std::size_t row = shape.hessian.row[k], col = shape.hessian.col[k];
     std::printf("  d2/d %s d %s = %.6f\n", nlp.variable_name(row).c_str(), nlp.variable_name(col).c_str(),
                 hessian[k]);
   }
 
-  // Along any direction H says how the Lagrangian's slope changes.
+  // Along any direction H is the change of the Lagrangian's gradient.
   const auto slope = [&](const VectorXd& x) -> VectorXd {
     VectorXd g(n);
     nlp.gradient(x.data(), g.data()), nlp.jacobian(x.data(), jacobian.data());

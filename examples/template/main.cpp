@@ -1,4 +1,4 @@
-// A robot's file in, the torques that hold it at rest out.
+// Reads a robot's file and prints the torques that hold the robot at rest.
 #include <iostream>
 
 #include <dyntape/autodiff/error.h>

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The recording scalar with CppAD's names: a value, and a node of the graph that is being recorded.
+// The recording scalar with CppAD's names: a value, and a node of the graph of the open recording.
 //
 //   AD<double> x = 2.0, y = sin(x) * 3 + CondExpLt(x, AD<double>(0), -x, x);
 //
-// AD<AD<double>> records once more: its values are recorded themselves.  What comes from a recording that is over, or from none,
-// is a constant.  Every function of <cmath> that autodiff/graph/ops.def has is here, and azmul, sign, min and max.
+// AD<AD<double>> records on two levels: its values are recorded, too.  A value of a recording that has ended, or of
+// no recording, is a constant.  All functions of <cmath> in autodiff/graph/ops.def exist, and azmul, sign, min and
+// max.
 //
-// Comparisons give the bool of the recording point.  In a recording each leaves a guard, with the place of the comparison:
-// ADFun::compare_change_number() counts those that come out otherwise, and functions made by to_library() throw GuardViolation.
+// A comparison returns the bool of the recording point.  During a recording, each comparison leaves a guard with its
+// place.  ADFun::compare_change_number() counts the comparisons with another result; functions made by to_library()
+// throw GuardViolation.
 #pragma once
 
 #include <cmath>
@@ -38,7 +40,7 @@ inline constexpr bool kIsBase<AD<double>> = true;
 template <>
 inline constexpr bool kIsBase<AD<AD<double>>> = true;
 
-// The rows of the table, numbered as in Op: this header does without the rest of op.h.
+// The rows of the table of operators, numbered as in Op.  This header does not include op.h.
 enum class Row : std::uint8_t {
 #define OP(name, ...) name,
 #include <dyntape/autodiff/graph/ops.def>
@@ -46,14 +48,14 @@ enum class Row : std::uint8_t {
 
 enum class Kind : std::uint8_t { kConstant, kDynamic, kVariable };
 
-// In recorded.cpp, for every base.
+// Defined in recorded.cpp, for every base.
 template <Row row, class Base>
 AD<Base> apply(AD<Base> x);
 template <Row row, class Base>
 AD<Base> apply(AD<Base> x, AD<Base> y);
 template <Row row, class Base>
 AD<Base> apply(AD<Base> x, AD<Base> y, AD<Base> z);
-// The same by a row that is not a constant; ignores the arguments that the row does not take.
+// The same for a row known at run time only; ignores arguments that the row does not take.
 template <class Base>
 AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z);
 template <class Base>
@@ -123,7 +125,7 @@ class AD {
     return detail::compare(detail::Row::Ne, a.value, b.value, a.file, a.line);
   }
 
-  // Ends the recording of this thread without a function; there need not be one.
+  // Ends the recording of this thread, if there is one, without a function.
   static void abort_recording();
 
   // --- CppADCodeGen's names, where CG<Base> is this type (cg.h) ---
@@ -206,7 +208,7 @@ template <std::floating_point Float>
 Float sign(Float x) {
   return Float(int(x > 0) - int(x < 0));
 }
-// x y, and 0 where x is, whatever y is.
+// x y; 0 if x is 0, for every y.
 template <class Base>
 AD<Base> azmul(const AD<Base>& x, const AD<Base>& y) {
   return detail::apply<detail::Row::Azmul>(x, y);
@@ -223,7 +225,7 @@ template <std::floating_point Float>
 Float azmul(Float x, Float y) {
   return x == 0 ? Float(0) : x * y;
 }
-// Without a guard, unlike those of std.
+// Record no guard, unlike std::min and std::max.
 template <class Base>
 AD<Base> min(const AD<Base>& x, const AD<Base>& y) {
   return detail::apply<detail::Row::Min>(x, y);
@@ -243,12 +245,12 @@ AD<Base> fmax(const AD<Base>& x, const AD<Base>& y) {
 
 // --- what a value is ---
 
-// The value of what is no variable of an open recording (RecordingError; Var2Par is for those).
+// The value of x.  RecordingError: x is a variable of an open recording; use Var2Par.
 template <class Base>
 Base Value(const AD<Base>& x) {
   return detail::value_to_keep(x);
 }
-// The value as a constant.
+// The value of x as a constant.
 template <class Base>
 AD<Base> Var2Par(const AD<Base>& x) {
   return AD<Base>(x.value());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Recording, and the function that comes of it.
+// Records a function with CppAD's calls, and evaluates the function and its derivatives.
 //
 //   std::vector<AD<double>> ax{1.0, 2.0}, ay(1);
 //   Independent(ax);
@@ -9,10 +9,12 @@
 //   f.Forward(0, x);  f.Forward(1, dx);  f.Reverse(2, w);     // any order, by autodiff/evaluate/taylor.h
 //   f.Jacobian(x);    f.Hessian(x, 0);                         // dense, row by row
 //
-// Vectors are any class with value_type, size(), [] and resize().  Coefficients are those of Taylor: derivatives over
-// factorials.  What does not fit is an ArgumentError, and what recording forbids a RecordingError, in every build.
+// Vectors: any class with value_type, size(), [] and resize().  Coefficients are Taylor coefficients: derivatives
+// divided by factorials.  ArgumentError: wrong sizes or orders.  RecordingError: calls that a recording forbids.
+// Both are checked in every build.
 //
-// Evaluation keeps coefficients in the object: one object a thread, or to_library() (library.h), whose functions are const.
+// An ADFun stores the coefficients of its last evaluation: use one object for each thread, or to_library()
+// (library.h).
 #pragma once
 
 #include <iostream>
@@ -30,7 +32,7 @@ namespace CppAD::inline dyntape_names {
 
 namespace detail {
 
-// The place of a call, for sentences.
+// The place of a call, for error messages.
 struct Place {
   const char* file;
   int line;
@@ -58,8 +60,11 @@ void begin_recording_of(ADVector& x, DynamicVector& dynamic, const Begin& begin)
 
 }  // namespace detail
 
-// Begins a recording of this thread: the entries of x become its variables, those of `dynamic` parameters that new_dynamic()
-// changes.  At operation abort_op_index, if it is not 0, the recording throws; without record_compare comparisons leave nothing.
+// Begins a recording in this thread.
+//   x                the entries become variables
+//   dynamic          the entries become parameters; new_dynamic() changes their values
+//   abort_op_index   if not 0, the recording throws at this operation
+//   record_compare   if false, comparisons leave no guards
 template <class ADVector>
 void Independent(ADVector& x, detail::Place place = {}) {
   std::vector<detail::Entry<ADVector>> none;
@@ -82,7 +87,7 @@ void Independent(ADVector& x, std::size_t abort_op_index, bool record_compare, A
   detail::begin_recording_of(x, dynamic, {abort_op_index, record_compare, place.file, place.line});
 }
 
-// While recording: order-zero Forward prints what stands here, where flag is not positive.
+// Records a print: if flag is not positive, order-zero Forward prints `before`, the value and `after`.
 template <class Base>
 void PrintFor(const AD<Base>& flag, const char* before, const AD<Base>& value, const char* after) {
   detail::record_print(flag, before, value, after);
@@ -99,7 +104,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   using Size = std::size_t;
 
   ADFun() = default;
-  // The recording that Independent(x) began, ended, with these results; order zero of Forward is there.
+  // Ends the recording that Independent(x) began, with results y; order zero of Forward is available.
   template <class ADVector>
   ADFun(const ADVector& x, const ADVector& y) {
     Dependent(x, y);
@@ -131,7 +136,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
     fun_ = std::make_shared<detail::Fun<Base>>(detail::end_recording(any, 0, of_y.data(), of_y.size()));
   }
 
-  // --- what it is ---
+  // --- names and sizes ---
   Size Domain() const { return fun_ ? fun_->domain() : 0; }
   Size Range() const { return fun_ ? fun_->range() : 0; }
   bool Parameter(Size i) const {
@@ -142,7 +147,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   }
   void function_name_set(const std::string& name) { name_ = name; }
   const std::string& function_name_get() const { return name_; }
-  // Numbers of nodes of our graph, after what nobody needs has been left out: not CppAD's.
+  // Numbers of nodes of this project's graph without unused nodes; CppAD's numbers differ.
   Size size_var() const { return sizes().variables; }
   Size size_op() const { return sizes().operations; }
   Size size_op_arg() const { return sizes().arguments; }
@@ -151,8 +156,9 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Size size_dyn_par() const { return sizes().dynamics; }
   Size size_dyn_arg() const { return sizes().dynamic_arguments; }
   Size size_text() const { return sizes().text; }
-  bool use_VecAD() const { return false; }  // arrays with recorded indices are conditions on elements
-  Size size_VecAD() const { return 0; }     // arrays with recorded indices are conditions on elements
+  // Arrays with recorded indices are recorded as conditions on elements.
+  bool use_VecAD() const { return false; }
+  Size size_VecAD() const { return 0; }
   Size size_op_seq() const { return sizes().operations * 16 + sizes().constants * sizeof(Base); }
   Size number_skip() const { return 0; }
   bool exceed_collision_limit() const { return false; }
@@ -168,10 +174,11 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Vector Forward(Size q, Size r, const Vector& xq) {
     return made<Vector>(core().forward(q, r, values(xq)));
   }
-  // The derivatives of the weighted sum W of coefficients by the coefficients x_j^(k) of the variables, (n q); needs Forward to order q - 1.
-  // w (m): W = sum of w[i] y_i^(q - 1), and dw[j q + q - 1 - k] = dW/dx_j^(k): after Forward(1, dx), dw[2 j] is dW/dx_j^(1) and dw[2 j + 1]
-  // entry j of the Hessian of w . y times dx.
-  // w (m q), q > 1: W = sum of w[i q + k] y_i^(k), and dw[j q + k] = dW/dx_j^(k).
+  // Differentiates a weighted sum W of coefficients by the coefficients x_j^(k) of the variables; returns dw (n q).
+  // Needs Forward up to order q - 1.
+  //   w (m)            W = sum of w[i] y_i^(q - 1), dw[j q + q - 1 - k] = dW/dx_j^(k).  After Forward(1, dx) and with
+  //                    q = 2, dw[2 j] is dW/dx_j^(1), and dw[2 j + 1] is entry j of the Hessian of w . y times dx
+  //   w (m q), q > 1   W = sum of w[i q + k] y_i^(k), dw[j q + k] = dW/dx_j^(k)
   template <class Vector>
   Vector Reverse(Size q, const Vector& w) {
     return made<Vector>(core().reverse(q, values(w)));
@@ -182,7 +189,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Size size_order() const { return fun_ ? fun_->orders() : 0; }
   Size size_direction() const { return fun_ ? fun_->directions() : 0; }
   Size size_taylor() const { return size_order(); }
-  Size Order() const { return size_order() - 1; }  // older names
+  Size Order() const { return size_order() - 1; }  // an older name
   template <class Vector>
   void new_dynamic(const Vector& dynamic) {
     core().new_dynamic(values(dynamic));
@@ -228,14 +235,14 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Size compare_change_number() const { return core().changes(); }
   Size compare_change_op_index() const { return core().change_op_index(); }  // 0 after optimize()
   Size CompareChange() const { return core().changes(); }
-  // Ours: Forward throws GuardViolation, with the place of the comparison, instead of counting.
+  // Not in CppAD: if set, Forward throws GuardViolation with the place of the comparison instead of counting.
   void check_branches(bool yes) { core().throws_on_change() = yes; }
-  // Told to, order-zero Forward throws NumericalError where a result is NaN, and names the operation.
+  // If set, order-zero Forward throws NumericalError if a result is NaN, and names the operation.
   void check_for_nan(bool yes) { core().check_for_nan(yes); }
   bool check_for_nan() const { return core().checks_nan(); }
 
   // --- other functions ---
-  // The graph is what optimisation would make of it already; what is left to do is to forget comparisons and prints.
+  // The graph is optimised during the recording.  This call only removes comparisons and prints, as the options say.
   void optimize(const std::string& options = "") {
     const bool without_compare = detail::read_optimize_options(options, "no_compare_op");
     core().optimize(without_compare, detail::read_optimize_options(options, "no_print_for_op"));
@@ -250,19 +257,21 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
     g = ADFun(std::make_shared<detail::Fun<Base>>(parts.g));
     a = ADFun(std::make_shared<detail::Fun<Base>>(parts.a));
   }
-  // C of a function int cppad_jit_NAME(size_t nu, const double* u, size_t ny, double* y, size_t* compare_change): u has the dynamic parameters
-  // and then the variables; what is added to *compare_change is the number of comparisons that come out otherwise.  Type: double or float.
-  // to_library() (library.h) compiles, caches and derives as well.
+  // Writes C of int cppad_jit_NAME(size_t nu, const double* u, size_t ny, double* y, size_t* compare_change).
+  //   u                the dynamic parameters, then the variables
+  //   compare_change   the function adds the number of comparisons with another result than at the recording point
+  //   type             "double" or "float"
+  // to_library() (library.h) also compiles, caches and differentiates.
   void to_csrc(std::ostream& out, const std::string& type) const requires(std::is_floating_point_v<Base>) {
     detail::write_csrc(out, *core().recording().function, Range(), name_, type);
   }
 
-  // --- CppAD's formats (graph/cpp_graph.h): of ADFun<double>, read by ADFun<AD<double>> too ---
+  // --- CppAD's formats (graph/cpp_graph.h): written by ADFun<double>, read by ADFun<double> and ADFun<AD<double>> ---
   void to_graph(cpp_graph& graph) const {
     detail::write_graph(*detail::recording_of_numbers(core().recording(), "to_graph"), graph);
     graph.function_name_set(name_);
   }
-  // dyn2var, var2dyn: which parameters become variables, and which variables parameters; empty: none.
+  // dyn2var, var2dyn: which parameters become variables, and which variables become parameters; empty: none.
   void from_graph(const cpp_graph& graph, const vector<bool>& dyn2var = {},
                   const vector<bool>& var2dyn = {}) {
     fun_ = std::make_shared<detail::Fun<Base>>(detail::read_graph<Base>(graph, dyn2var, var2dyn));
@@ -275,7 +284,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   }
   void from_json(const std::string& text) { from_graph(cpp_graph::from_json(text)); }
 
-  // --- for the layer ---
+  // --- used by this layer ---
   bool has_function() const { return fun_ != nullptr; }
   detail::Fun<Base>& core() const {
     if (!fun_) detail::refuse_recording("ADFun: the function is empty; nothing has been recorded into it");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// CppADCodeGen's vocabulary: libraries of models, compiled and loaded by the pipeline of this project.
+// CppADCodeGen's names: libraries of models, compiled and loaded by the pipeline of this project.  Use this header
+// to build a program that was written for CppADCodeGen.
 //
 //   using CG = CppAD::cg::CG<double>;
 //   std::vector<CppAD::AD<CG>> x(2), y(1);
@@ -13,13 +14,13 @@
 //   CppAD::cg::ModelLibraryCSourceGen<double> sources(source);
 //   CppAD::cg::DynamicModelLibraryProcessor<double> processor(sources);
 //   CppAD::cg::GccCompiler<double> compiler;
-//   auto library = processor.createDynamicLibrary(compiler);      // from the cache, where this was made before
+//   auto library = processor.createDynamicLibrary(compiler);      // from the cache, if it is there
 //   auto model = library->model("model");
 //   model->SparseJacobian(point, values, rows, cols);
 //
-// CG<Base> is AD<Base>: what CppADCodeGen records a second time here is the same graph already.  One kernel computes value, Jacobian and
-// Hessian together; branches of the recording are guards, and leaving one is a GuardViolation.  A model may be used by several
-// threads at a time.
+// CG<Base> is AD<Base>: CppADCodeGen records a second time, dyntape has the graph already.  One kernel computes
+// value, Jacobian and Hessian together.  Branches of the recording are guards; an evaluation that leaves a branch
+// throws GuardViolation.  Several threads may use a model at the same time.
 #pragma once
 
 #include <dyntape/autodiff/error.h>
@@ -30,5 +31,5 @@
 #include <dyntape/interface/cppad/cppad.h>
 
 namespace CppAD::inline dyntape_names::cg {
-using CGException = dyntape::Error;  // of every kind
+using CGException = dyntape::Error;  // base class of all errors
 }  // namespace CppAD::inline dyntape_names::cg

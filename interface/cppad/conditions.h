@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Conditional expressions, and questions that templates ask of any base.
+// Conditional expressions, and predicates of values that templates call for any base.
 //
-//   AD<double> y = CondExpGt(x, AD<double>(0), sqrt(x), AD<double>(0));   // both are computed; a NaN compares false
+//   AD<double> y = CondExpGt(x, AD<double>(0), sqrt(x), AD<double>(0));   // computes both; a comparison with NaN is false
 //
-// What is not taken contributes exactly zero to derivatives of any order.
+// The branch that is not taken contributes exactly zero to derivatives of any order.
 #pragma once
 
 #include <dyntape/interface/cppad/ad.h>
@@ -71,13 +71,13 @@ S CondExpOp(CompareOp op, const S& left, const S& right, const S& if_true, const
       return CondExpEq(left, right, if_false, if_true);
   }
 }
-// The old spelling: where flag > 0.
+// An old name of CondExpGt(flag, 0, ...).
 template <Conditional S>
 S CondExp(const S& flag, const S& if_true, const S& if_false) {
   return CondExpGt(flag, S(0), if_true, if_false);
 }
 
-// --- of the value alone, on any number of levels ---
+// --- predicates of the value, for any number of levels ---
 template <std::floating_point Float>
 Float plain_value(Float x) {
   return x;
@@ -106,7 +106,7 @@ template <Conditional S>
 bool IdenticalEqualCon(const S& x, const S& y) {
   return IdenticalCon(x) && IdenticalCon(y) && plain_value(x) == plain_value(y);
 }
-// Whether x and y are one constant, or one node.
+// Whether x and y are the same constant or the same node.
 template <std::floating_point Float>
 bool EqualOpSeq(Float x, Float y) {
   return x == y;
@@ -180,7 +180,7 @@ S epsilon() {
 
 }  // namespace CppAD::inline dyntape_names
 
-// Digits and the like are those of the base; values are the scalar's.
+// Digits and similar constants are those of the base; values have the type of the scalar.
 template <class Base>
 struct std::numeric_limits<CppAD::AD<Base>> : std::numeric_limits<Base> {
   using S = CppAD::AD<Base>;

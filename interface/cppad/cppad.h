@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// CppAD's vocabulary over the graph of this project, in namespace CppAD (dyntape::cppad is the same): programs written for it include
-// this header instead, or take it for <cppad/cppad.hpp> as they are (drop_in/drop_in.h).
+// CppAD's names over the graph of this project, in namespace CppAD (dyntape::cppad is the same).  Use this header to
+// build a program that was written for CppAD: include it instead of CppAD's headers.  To keep `#include
+// <cppad/cppad.hpp>`, use the drop-in folder (drop_in/drop_in.h).
 //
 //   #include <dyntape/interface/cppad/cppad.h>
 //
@@ -12,8 +13,8 @@
 //   std::vector<double> J = f.Jacobian(std::vector<double>{3.0});
 //   CompiledFunction fast = CppAD::to_library(f);                     // library.h: compiled, cached, thread-safe
 //
-// There is no second graph and no second table of operators: an AD<Base> is a node of autodiff/graph, and series of any order
-// follow from the rows of ops.def.  docs/from_cppad.md says what is the same, what is better and what differs.
+// An AD<Base> is a node of the graph in autodiff/graph: there is no second graph and no second table of operators.
+// Taylor series of any order follow from the rows of ops.def.  docs/from_cppad.md lists the differences from CppAD.
 #pragma once
 
 #include <dyntape/interface/cppad/ad.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// AD<Base> as a scalar of Eigen, before or after Eigen's headers, and without them for those who do not use it.
+// Makes AD<Base> a scalar of Eigen.  Include Eigen's headers before or after this header, or not at all.
 //
 //   Eigen::Matrix<CppAD::AD<double>, Eigen::Dynamic, 1> ax(3);
 //   ax = 2.0 * ax + Eigen::VectorXd::Ones(3).cast<CppAD::AD<double>>();
@@ -10,11 +10,11 @@
 
 namespace CppAD::inline dyntape_names::detail {
 template <class Base>
-struct LikeDouble {  // looked up when Eigen is there
+struct LikeDouble {  // looked up if Eigen is included
   using type = double;
 };
 
-// Eigen's objects of this unit are those of the library (autodiff/eigen_layout.h); Eigen may come later.
+// Whether Eigen's objects have the layout of the library (autodiff/eigen_layout.h); Eigen may be included later.
 #if defined(EIGEN_MAX_STATIC_ALIGN_BYTES)
 inline constexpr bool kSharesLayout = EIGEN_MAX_STATIC_ALIGN_BYTES <= 16;
 #elif defined(__AVX__) && !defined(EIGEN_MAX_ALIGN_BYTES)
@@ -74,7 +74,7 @@ struct ScalarBinaryOpTraits<double, CppAD::AD<Base>, BinaryOp> {
 
 namespace CppAD::inline dyntape_names {
 
-// A column of Eigen's whose sizes and indices have no sign, as CppAD asks it of vectors.  Needs <Eigen/Core>.
+// An Eigen column with unsigned sizes and indices, as CppAD requires of vectors.  Needs <Eigen/Core>.
 template <class Scalar>
 class eigen_vector : public Eigen::Matrix<Scalar, -1, 1, 0, -1, 1> {
   using Column = Eigen::Matrix<Scalar, -1, 1, 0, -1, 1>;
@@ -88,7 +88,7 @@ class eigen_vector : public Eigen::Matrix<Scalar, -1, 1, 0, -1, 1> {
   void resize(std::size_t n) { Column::resize(std::ptrdiff_t(n)); }
 };
 
-// A sparse_rcv as an Eigen::SparseMatrix; entries that are zero stay.
+// Converts a sparse_rcv to an Eigen::SparseMatrix; keeps entries that are zero.
 template <class Sparse, class Matrix>
 void sparse2eigen(const Sparse& source, Matrix& destination) {
   using Value = std::remove_cvref_t<decltype(source.val()[0])>;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Pinocchio's templates on the recording scalar: include this instead of pinocchio/autodiff/cppad.hpp, before its algorithms.
+// Pinocchio's templates on the recording scalar.  Include this header instead of pinocchio/autodiff/cppad.hpp,
+// before the headers of Pinocchio's algorithms.
 //
 //   using Scalar = CppAD::AD<double>;
 //   const pinocchio::ModelTpl<Scalar> recorded = model.cast<Scalar>();
@@ -9,7 +10,8 @@
 //   const Vector tau = pinocchio::rnea(recorded, data, q, v, a);
 //   CppAD::ADFun<double> f(ax, tau);
 //
-// What Pinocchio chooses by comparing values becomes a condition here, so that integrate, difference and free flyers leave no guard.
+// Pinocchio's choices between values are recorded as conditions: integrate, difference and free flyers leave no
+// guard.
 #pragma once
 
 #include <Eigen/Core>
@@ -73,7 +75,7 @@ struct if_then_else_impl<CppAD::AD<Base>, CppAD::AD<Base>, Then, Else> {
   }
 };
 
-// Symmetric matrices by their formulas, without pivots.
+// Inverts symmetric matrices by formulas, without pivots.
 template <class Base, int Rows, int Cols, int Options, int MaxRows, int MaxCols>
 struct MatrixInversion<Eigen::Matrix<CppAD::AD<Base>, Rows, Cols, Options, MaxRows, MaxCols>, false>
     : MatrixInversionImpl<Rows, Cols> {};

@@ -17,7 +17,7 @@
 namespace CppAD::inline dyntape_names {
 
 namespace detail {
-// The order in which entries ascend by the first, then by the second; in sets.cpp.
+// The order of entries by the first index, then by the second (sets.cpp).
 vector<std::size_t> sorted_places(const vector<std::size_t>& first, const vector<std::size_t>& second);
 }  // namespace detail
 
@@ -56,7 +56,7 @@ class sparse_rc {
   const SizeVector& col() const { return col_; }
   SizeVector row_major() const { return order(row_, col_); }
   SizeVector col_major() const { return order(col_, row_); }
-  // Keep the order until an entry changes; entries stay where they are.
+  // Store the order until an entry changes; do not move entries.
   void set_row_major() { row_major_ = row_major(); }
   void set_col_major() { col_major_ = col_major(); }
   const SizeVector& get_row_major() const { return row_major_; }
@@ -83,7 +83,7 @@ class sparse_rc {
     if (row_major_.size() > 0) row_major_.resize(0);
     if (col_major_.size() > 0) col_major_.resize(0);
   }
-  // Entries sorted by the first, then by the second.
+  // The order of entries by the first index, then by the second.
   SizeVector order(const SizeVector& first, const SizeVector& second) const {
     vector<std::size_t> a(nnz_), b(nnz_);
     for (std::size_t k = 0; k < nnz_; ++k) a[k] = first[k], b[k] = second[k];

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The sparse calls of ADFun, of both generations (ad_fun.h).
+// The sparse calls of ADFun, old and new (ad_fun.h).
 //
 //   sparse_rc<SizeVector> eye(n, n, n), pattern;                        eye.set(k, k, k)
-//   f.for_jac_sparsity(eye, false, false, false, pattern);              // of dy/dx
-//   sparse_jac_work work;                                               // keeps the grouping of columns
-//   f.sparse_jac_for(1, x, subset, pattern, "cppad", work);             // -> how many sweeps
-//   f.SparseJacobian(x);                                                // dense rows, the old way
+//   f.for_jac_sparsity(eye, false, false, false, pattern);              // pattern of dy/dx
+//   sparse_jac_work work;                                               // stores the groups of columns
+//   f.sparse_jac_for(1, x, subset, pattern, "cppad", work);             // returns the number of sweeps
+//   f.SparseJacobian(x);                                                // dense rows, an old call
 //
-// Patterns are exact where structure says so: of branches both count, and dependency = true adds what comparisons, signs and
-// steps depend on.  Colourings are ours; those of Hessians that are called symmetric use that an entry stands in two columns.
+// Patterns follow from the structure: both branches of a condition count.  dependency = true adds the dependencies
+// of comparisons, signs and steps.  Colourings are this project's; a symmetric colouring of a Hessian uses that an
+// entry is in two columns.
 #pragma once
 
 #include <set>
@@ -30,7 +31,7 @@ struct sparse_hes_work {
   void clear() { colors = {}; }
   detail::Colors colors;
 };
-// Of the old calls.
+// For the old calls.
 struct sparse_jacobian_work {
   std::string color_method = "cppad";
   void clear() { *this = {}; }
@@ -66,12 +67,12 @@ class SparseCalls {
     fun().check("rev_jac_sparsity: the pattern's columns", r.cols, fun().range());
     to_rc(product(r, sets_of(fun().jacobian_pattern(dependency))), transpose, S);
   }
-  // Entries that are kept of the last for_jac_sparsity or ForSparseJac, as sets or as bools; 0 frees them.
+  // The number of stored entries of the last for_jac_sparsity or ForSparseJac, as sets or as bools; 0 frees them.
   Size size_forward_set() const { return for_jac_is_bool_ ? 0 : kept_entries(); }
   Size size_forward_bool() const { return for_jac_is_bool_ ? kept_entries() : 0; }
   void size_forward_set(Size) { for_jac_ = {}; }
   void size_forward_bool(Size) { for_jac_ = {}; }
-  // H R, of the R of the last for_jac_sparsity.
+  // The pattern of H R, with R of the last for_jac_sparsity.
   template <class BoolVector, class V>
   void rev_hes_sparsity(const BoolVector& select_range, bool transpose, bool /*internal_bool*/,
                         sparse_rc<V>& S) {
@@ -98,7 +99,7 @@ class SparseCalls {
     keep_selected(j, bools_of(select_range), bools_of(select_domain));
     to_rc(j, transpose, S);
   }
-  // The patterns that the subgraph calls keep for the next ones, in bytes; forgets them.
+  // Bytes of the patterns that subgraph calls store for later calls; clear_subgraph() frees them.
   Size size_random() const { return static_cast<const Self&>(*this).has_function() ? fun().kept_bytes() : 0; }
   void clear_subgraph() { fun().forget_patterns(); }
 
@@ -115,7 +116,7 @@ class SparseCalls {
     const Sets of_r = sets_of(r, transpose ? fun().range() : q, transpose ? q : fun().range(), transpose);
     return to_vector<VectorSet>(product(of_r, sets_of(fun().jacobian_pattern(dependency))), transpose);
   }
-  // s (1 x m) -> the transpose of H R (q x n), of the R of the last ForSparseJac; H R (n x q) if `transpose`.
+  // s (1 x m).  Returns the transpose of H R (q x n), with R of the last ForSparseJac; if `transpose`, H R (n x q).
   template <class VectorSet>
   VectorSet RevSparseHes(Size q, const VectorSet& s, bool transpose = false) {
     const Sets of_s = sets_of(s, 1, fun().range(), false);
@@ -125,7 +126,7 @@ class SparseCalls {
     return to_vector<VectorSet>(product(sets_of(fun().hessian_pattern(selected(of_s))), for_jac_),
                                 !transpose);
   }
-  // r, s (1 x n), (1 x m): which variables and results.
+  // r (1 x n) selects variables, s (1 x m) selects results.
   template <class VectorSet>
   VectorSet ForSparseHes(const VectorSet& r, const VectorSet& s) {
     const Sets of_r = sets_of(r, 1, fun().domain(), false), of_s = sets_of(s, 1, fun().range(), false);
@@ -134,7 +135,7 @@ class SparseCalls {
     return to_vector<VectorSet>(h, false);
   }
 
-  // --- values of the entries of a subset; the number of sweeps ---
+  // --- values of the entries of a subset; return the number of sweeps ---
   template <class V, class BaseVector>
   Size sparse_jac_for(Size /*group_max*/, const BaseVector& x, sparse_rcv<V, BaseVector>& subset,
                       const sparse_rc<V>& pattern, const std::string& coloring, sparse_jac_work& work) {
@@ -176,7 +177,8 @@ class SparseCalls {
     matrix_out = sparse_rcv<V, BaseVector>(pattern);
     subgraph_jac_rev(x, matrix_out);
   }
-  // Which variables the next ones are of; then, after Forward, result ell: dw[j q + k] at the columns col.
+  // Selects the variables of the next calls.  The other overload, after Forward, differentiates result ell:
+  // dw[j q + k] for the variables j in col.
   template <class BoolVector>
   requires(!std::is_arithmetic_v<BoolVector>) void subgraph_reverse(const BoolVector& select_domain) {
     fun().check("subgraph_reverse: select_domain", select_domain.size(), fun().domain());
@@ -290,7 +292,7 @@ class SparseCalls {
     jac = Self::template made<BaseVector>(found);
     return sweeps;
   }
-  // The pattern that a call with these groups reads: none where there are some.
+  // The pattern of a call; empty if the groups of columns are known.
   template <class V>
   Pattern read(const sparse_rc<V>& pattern, const Colors& colors) const {
     return colors.empty() ? pattern_of(sets_of(pattern, false)) : Pattern();

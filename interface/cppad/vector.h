@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// CppAD::vector: a vector whose elements have addresses, bools among them; and the vector that its test programs use.
+// CppAD::vector: a vector whose elements have addresses, also if they are bools; and the vector of CppAD's test
+// programs.
 //
 //   CPPAD_TESTVECTOR(double) x(3);
 //
-// An index beyond the end is an ArgumentError, in every build.
+// ArgumentError: an index beyond the end, in every build.
 #pragma once
 
 #include <compare>
@@ -17,8 +18,8 @@
 #include <string>
 #include <utility>
 
-// The names stand in CppAD itself, which programs may open and specialise; the namespace in between keeps their symbols apart from
-// those of programs that are compiled with CppAD's own headers.
+// The names are in namespace CppAD, so that programs may open and specialise it.  The inline namespace makes their
+// symbols differ from those of programs that are compiled with CppAD's own headers.
 namespace CppAD::inline dyntape_names {}
 namespace dyntape {
 namespace cppad = ::CppAD;
@@ -27,10 +28,10 @@ namespace cppad = ::CppAD;
 namespace CppAD::inline dyntape_names {
 
 namespace detail {
-using namespace ::dyntape;  // this layer is written over its graph
+using namespace ::dyntape;  // this layer is written over dyntape's graph
 [[noreturn]] void refuse(const std::string& sentence);
 
-// A pointer that is a class, as programs expect of iterators.
+// A pointer as a class, because programs expect a class for iterators.
 template <class Type>
 class VectorIterator {
  public:
@@ -108,7 +109,7 @@ class vector {
   Type& operator[](std::size_t i) { return check(i), data_[i]; }
   const Type& operator[](std::size_t i) const { return check(i), data_[i]; }
 
-  // Elements are kept where they fit.
+  // Keeps the elements if n fits the capacity.
   void resize(std::size_t n) {
     if (n > capacity_) grow(n);
     size_ = n;
@@ -132,7 +133,7 @@ class vector {
     for (; first != last; ++first) push_back(*first);
   }
 
-  // Element by element, then by size.
+  // Compare element by element, then by size.
   friend bool operator==(const vector& a, const vector& b) {
     if (a.size_ != b.size_) return false;
     for (std::size_t i = 0; i < a.size_; ++i)
@@ -173,7 +174,7 @@ class vector {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
-// Printed without braces and commas.
+// A vector of bools, printed without braces and commas.
 class vectorBool : public vector<bool> {
  public:
   using vector<bool>::vector;

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Vectors over the joints of a robot in .info files.
+// Reads vectors over the joints of a robot in .info files.
 //
 //   q { slider 0  pivot 3.14 }      by name, every joint
 //   q { [0] 0  [1] 3.14 }           by index, as OCS2 writes vectors
 //   q "0 3.14"                      in order
 //   q 0                             one number for all
 //
-//   const Eigen::VectorXd d = read_joint_values(section, "damping", &model, 0.0);   // fallback: where it is absent
+//   const Eigen::VectorXd d = read_joint_values(section, "damping", &model, 0.0);   // fallback: the value if the key is absent
 //
-// What is missing, no number, out of range or too many is noted in the section (Section::finish reports it).
-// Joints of one degree of freedom have a value each, in the order of the model; a floating base has none.
+// Notes in the section: missing values, values that are no numbers, out of range or too many (Section::finish
+// reports them).  Joints of one degree of freedom have one value each, in the order of the model; a floating base
+// has none.
 #pragma once
 
 #include <optional>
@@ -22,18 +23,18 @@
 
 namespace dyntape {
 
-// (nv), zero where a joint has several entries, and of joints in `open` that have no value.  Without a robot nobody knows the
-// joints: the key is deferred.
+// (nv).  Zero for joints with several entries, and for joints in `open` without a value.  Without a robot the key is
+// deferred.
 Eigen::VectorXd read_joint_values(io::Section& section, const std::string& key,
                                   const dynamics::Model<double>* model, std::optional<double> fallback,
                                   const io::Range& range = {}, const std::vector<std::string>& open = {});
 
-// The same entries of a configuration (nq), the others neutral.
+// The same entries of a configuration (nq); the other entries are neutral.
 Eigen::VectorXd configuration_of(const dynamics::Model<double>& model, const Eigen::VectorXd& joint_values);
 
-// Every joint; those of one degree of freedom.
+// All joints, or those of one degree of freedom.
 std::vector<std::string> joint_names(const dynamics::Model<double>& model);
 std::vector<std::string> single_joint_names(const dynamics::Model<double>& model);
-std::vector<int> single_dofs(const dynamics::Model<double>& model);  // where their velocities stand in v
+std::vector<int> single_dofs(const dynamics::Model<double>& model);  // their indices in v
 
 }  // namespace dyntape

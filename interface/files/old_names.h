@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What keys of task, scene, sweep and centroidal files were called in the version before.  To be emptied with the next one.
+// Old names of keys of task, scene, sweep and centroidal files, from the previous version.  The next version empties
+// the list.
 #pragma once
 
 #include <string>
@@ -12,7 +13,7 @@ namespace dyntape {
 
 const std::vector<io::Renamed>& old_names();
 
-// A sentence for each that the file uses.
+// A sentence for each old name in the file.
 void note_old_names(std::vector<std::string>& notes, const io::Section& file);
 
 }  // namespace dyntape

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where planar joints are, as files say it:
+// Reads the positions of planar joints in files:
 //
 //   start { planar { joint base  position "1 2"  angle 0.3  velocity "0 0"  angular_velocity 0 } }
 //
@@ -17,7 +17,7 @@ namespace dyntape {
 
 std::vector<std::string> planar_names(const dynamics::Model<double>& model);
 
-// Every block `planar` of a state, into (nq) and (nv).  Without a robot its keys are asked for.
+// Reads every block `planar` of a state into (nq) and (nv).  Without a robot only asks for its keys.
 std::vector<std::string> read_planar(io::Section& state, const dynamics::Model<double>* model,
                                      Eigen::VectorXd& q, Eigen::VectorXd& v);
 

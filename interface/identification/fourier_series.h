@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Periodic joint motions as finite Fourier series: smooth, band-limited, and with exact velocities and
-// accelerations (J. Swevers et al., Optimal robot excitation and identification, IEEE Trans. Robotics and
-// Automation 13(5), 1997).
+// Periodic joint motions as finite Fourier series: smooth, band-limited, with exact velocities and accelerations.
 //
 //   FourierSeries series{10.0, coefficients};                  // (joints x 2 H + 1)
 //   MatrixXd q = series.positions(times), v = series.velocities(times);
@@ -11,7 +9,8 @@
 //   q(t) = c + sum_k (a_k sin(k w t) - b_k cos(k w t)) / (k w)
 //   v(t) =     sum_k  a_k cos(k w t) + b_k sin(k w t)
 //   a(t) =     sum_k (b_k cos(k w t) - a_k sin(k w t)) k w
-// All three are linear in the coefficients: q = coefficients basis(0, t), and so on.
+// All three are linear in the coefficients: q = coefficients basis(0, t), and so on.  Source: J. Swevers et al.,
+// Optimal robot excitation and identification, IEEE Trans. Robotics and Automation 13(5), 1997.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +23,7 @@ struct FourierSeries {
   double period = 10;            // s
   Eigen::MatrixXd coefficients;  // (joints x 2 H + 1): c (rad or m), a_k and b_k (rad/s or m/s)
 
-  // The time functions of derivative 0, 1 or 2, (2 H + 1 x times).
+  // The basis functions of derivative 0, 1 or 2, (2 H + 1 x times).
   static Eigen::MatrixXd basis(double period, int harmonics, int derivative, const Eigen::VectorXd& times);
 
   int harmonics() const { return static_cast<int>(coefficients.cols() - 1) / 2; }
@@ -38,7 +37,7 @@ struct FourierSeries {
   }
 };
 
-// `count` times of one period, evenly, from 0.
+// `count` evenly spaced times of one period, from 0.
 Eigen::VectorXd times_of_period(double period, int count);
 
 }  // namespace dyntape

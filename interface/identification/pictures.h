@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// An excitation as a picture: positions and velocities over a period, and the condition over the iterations.
+// Draws an excitation: positions and velocities over a period, and the condition over the iterations.
 //
 //   draw_excitation(arm, optimal_excitation(arm, base), "out/excitation.svg");
 //

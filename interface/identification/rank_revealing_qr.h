@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Which columns of a matrix depend on those before them, and how: rank-revealing QR, by SuiteSparse's SPQR where it is there (staircase.h).
+// Finds the columns of a matrix that depend on previous columns, with their combinations: a rank-revealing QR
+// (staircase.h), by SuiteSparse's SPQR if dyntape is built with it.
 //
 //   ColumnSpace space = column_space(A);
 //   A(:, space.dependent) == A(:, space.independent) * space.combination          // to rounding
 //
-// Columns are scaled to unit length first, so that no unit of a parameter decides; a column is dependent where
-// less than `tolerance` of it is left after the projection onto the columns before it.  Going from the left,
-// the choice of the independent columns does not depend on the rows.  Columns of zeros are dependent, and
-// so are those shorter than 1e-13 of the longest.
+// Columns are first scaled to unit length, so that units of parameters have no effect.  A column is dependent if
+// less than `tolerance` of it remains after the projection onto the previous columns.  The choice runs from the left
+// and does not depend on the rows.  Columns of zeros, and columns shorter than 1e-13 of the longest, are dependent.
 // (T. Davis, Algorithm 915: SuiteSparseQR, ACM Trans. Math. Software 38(1), 2011.)
 #pragma once
 
@@ -22,14 +22,14 @@ namespace dyntape {
 struct ColumnSpace {
   std::vector<int> independent, dependent;  // columns of A, ascending
   Eigen::MatrixXd combination;              // (independent x dependent)
-  // What is left of the columns, of unit length, after the projection: the gap between these two tells
-  // whether the rank is beyond doubt.  Infinite and zero where there are none.
+  // The parts of unit-length columns that remain after the projection: a large gap between these two confirms the
+  // rank.  Infinite and zero if there are no such columns.
   double least_kept = 0, most_dropped = 0;
 
   int rank() const { return static_cast<int>(independent.size()); }
 };
 
-// ArgumentError for a matrix with entries that are not finite; ToolError where SPQR runs out of memory.
+// ArgumentError: entries that are not finite.  ToolError: SPQR runs out of memory.
 ColumnSpace column_space(const Eigen::MatrixXd& A, double tolerance = 1e-9);
 
 }  // namespace dyntape

@@ -5,11 +5,11 @@
 //   Facts facts("pendulum: simulated 2 s");
 //   facts.say("one step", "1 234 operations");             // a row for people
 //   facts["operations"] = 1234;                            // an entry for programs
-//   facts.time("load", 1e-3, "from the cache");            // for both: a row of times(), and "seconds": {"load": 0.001}
+//   facts.time("load", 1e-3, "from the cache");   // for both: a row of times(), and "seconds": {"load": 0.001}
 //   facts.below("\n" + facts.times());                     // lines for people, below the rows
 //   std::cout << (json ? facts.json() : facts.text());
 //
-// In the order in which they are told.  A number that is not finite is null for programs.
+// Facts are in the order of their calls.  A number that is not finite is null for programs.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -26,7 +26,7 @@ class Facts {
   void say(const std::string& name, const std::string& text) { rows_.append({name, text}); }
   void below(const std::string& lines) { below_ += lines; }
   nlohmann::ordered_json& operator[](const std::string& key) { return entries_[key]; }
-  // Its key is the name with _ for each blank.
+  // The key is the name with _ for each blank.
   void time(const std::string& name, double seconds, const std::string& remark = "") {
     times_.append({name, duration(seconds), remark});
     std::string key = name;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What long work is doing now, on stderr: one line that is drawn anew on a terminal, a plain line every few seconds
-// elsewhere, so that a log of hours stays short and work of less leaves none.
+// Shows the progress of long work on stderr: on a terminal one line that is redrawn, elsewhere a line every few
+// seconds, so that a log of hours is short and short work logs nothing.
 //
 //   LiveLine line;
 //   for (int i = 0; i < n; ++i) line.show("iteration " + std::to_string(i));      // often costs nothing
 //
-// On a terminal nothing is left of it when it goes out of scope.  Not for several threads at once.
+// On a terminal the line is erased when the object is destroyed.  Not thread-safe.
 #pragma once
 
 #include <chrono>
@@ -29,7 +29,7 @@ class LiveLine {
 
  private:
   Kind kind_;
-  std::chrono::milliseconds pause_;  // between two lines, and ahead of the first plain one
+  std::chrono::milliseconds pause_;  // between two lines, and before the first plain one
   std::chrono::steady_clock::time_point last_;
   bool drawn_ = false;
 };

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Numbers to text and back, the same in every locale.
+// Converts numbers to text and back, independent of the locale.
 //
 //   shortest(0.1)                 // "0.1": the fewest digits that read back to the same bits
 //   parse_double("1e-3")          // 0.001;   parse_double("1e-3x") is empty
 //   with_digits(1. / 3, 4)        // "0.3333"
-//   is_out_of_range("1e400")      // true: a number, but no double
+//   is_out_of_range("1e400")      // true: a number beyond the range of double
 //
-// Not empty for "inf" and "nan": whether those make sense is for the caller to say.
+// parse_double accepts "inf" and "nan"; the caller decides whether they are valid.
 #pragma once
 
 #include <charconv>
@@ -17,8 +17,8 @@
 
 namespace dyntape::io {
 
-// Reads the whole of `text` as a T (double, float or an integer), a leading '+' allowed: result_out_of_range if it is
-// a number that no T comes near, invalid_argument if it is anything else.
+// Parses the whole of `text` as a T (double, float or an integer), also with a leading '+'.  result_out_of_range if
+// the number is outside the range of T, invalid_argument for any other text.
 template <class T>
 std::errc read_number(std::string_view text, T& value) {
   if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);

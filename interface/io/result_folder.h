@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The files of a finished piece of work, each whole or not there at all; what cannot be written is said, and the others
-// are written all the same.
+// Writes the result files of finished work, each atomically.  A file that cannot be written is reported, and the
+// others are still written.
 //
-//   const codegen::Descriptor lock = lock_results("out/arm");       // by whoever works for longer: one at a time
+//   const codegen::Descriptor lock = lock_results("out/arm");       // for long work: one process at a time
 //   ResultFolder folder("out/arm", report.unwritten);
 //   folder.write("motion.csv", [&](const std::string& path) { write_csv(path, table); });
-//   folder.remove("forces.svg");                     // of an earlier piece of work
+//   folder.remove("forces.svg");                     // of earlier work
 //
-// What dyntape has written is told from what is its user's by a list in the folder, .dyntape-results, of names and checksums.
-// Nothing else is replaced or removed: not what was there before, and not what has been changed since.  What stands in the
-// list before it is written is known as well to whoever comes after a process that was killed.  Pipes and devices are
-// written to.
+// A list in the folder, .dyntape-results, has names and checksums of the files that dyntape wrote.  Other files, and
+// files that were changed since, are never replaced or removed.  A file is listed before it is written, so that the
+// list is right even if the process is killed.  Pipes and devices are written directly.
 #pragma once
 
 #include <map>
@@ -24,24 +23,24 @@
 
 namespace dyntape::io {
 
-// Until the descriptor goes.  FileError where another process, or this one, has it; where the file system knows no locks,
-// nobody is kept out.
+// Locks until the descriptor is closed.  FileError if another process, or this one, has the lock.  File systems
+// without locks are not protected.
 codegen::Descriptor lock_results(const std::string& folder);
 
 class ResultMarks {
  public:
   explicit ResultMarks(std::string folder);
 
-  // dyntape has put a file of this name there, whatever became of it.
+  // Returns true if dyntape has written a file of this name, whatever its current state.
   bool knows(const std::string& file) const { return written_.contains(file); }
-  // There is a file of this name, and it is as dyntape has written it.
+  // Returns true if a file of this name exists and is as dyntape wrote it.
   bool is_as_written(const std::string& file) const;
-  // Why a file of this name may not be written, a sentence; "" if it may: none is there, or one as dyntape has written it.
+  // Returns why a file of this name must not be written; "" if none exists, or it is as dyntape wrote it.
   std::string fault_of(const std::string& file) const;
 
-  // FileError where the list cannot be written.
+  // FileError if the list cannot be written.
   void begin(const std::string& file);
-  void end(const std::string& file);  // of a file that has been written, or removed
+  void end(const std::string& file);  // after a file is written, or removed
 
  private:
   std::string path(const std::string& file) const { return folder_ + "/" + file; }

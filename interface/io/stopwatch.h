@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How long something took.
+// Measures elapsed time.
 //
 //   const auto begin = std::chrono::steady_clock::now();
 //   ...
 //   report.seconds = seconds_since(begin);
 //
-//   const Stopwatch watch(times.functions, times.function_calls);      // until the end of the block: its time, and one call
+//   const Stopwatch watch(times.functions, times.function_calls);      // adds the time of the block, and one call
 #pragma once
 
 #include <chrono>

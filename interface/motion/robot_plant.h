@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A robot's dynamics at a stage of its problem, in one scalar: what robot_problem() is made of, and no one else needs.
+// The dynamics of a robot at a stage of its problem, for one scalar; private to robot_problem().
 //
 //   Plant<double> plant(scene, controls);
 //   a = plant.forward(stage);                                    // FD(q, v, B u), of x = (q, v) and u
 //   tau = plant.inverse(stage) - plant.driving(stage);           // ID(q, v, a) - B u
 //
-// B u: control k drives joint dof k; the next are forces along axes of frames (thrusters), then forces at points of held
-// contacts, three each in the world's axes, then those of the scene's rigid contacts, along their rows (rigid_contacts.h).
+// B u: control k drives joint dof k.  Then follow forces along axes of frames (thrusters), forces at points of held
+// contacts (three each, world axes), and forces of the scene's rigid contacts along their rows (rigid_contacts.h).
 //
-// Working memory within: one thread at a time.
+// Contains working memory: not thread-safe.
 #pragma once
 
 #include <utility>
@@ -22,16 +22,16 @@
 
 namespace dyntape::detail {
 
-// What the controls drive, with frames looked up.
+// The forces of the controls, with indices of their frames.
 struct Drives {
   std::vector<int> dofs;  // of driven joints
-  Eigen::VectorXd gain;   // of each of them: torque = gain u
+  Eigen::VectorXd gain;   // factor of each: torque = gain u
   struct Push {
     int frame;
-    Eigen::Vector3d force, moment;  // of one newton, in the frame's axes
+    Eigen::Vector3d force, moment;  // per newton, in the frame's axes
   };
   std::vector<Push> thrusters;
-  std::vector<int> contacts;  // frames at which their forces act
+  std::vector<int> contacts;  // frames of their contact forces
   dynamics::UnilateralConstraints rigid = {};
   int n_held() const { return int(3 * contacts.size()); }
   int n_rigid() const {
@@ -82,7 +82,7 @@ struct Plant {
     const Vector u = s.u.head(drives.gain.size());
     return torques_at(drives.dofs, Vector(drives.gain.template cast<T>().cwiseProduct(u)), model.nv);
   }
-  // What arrives of the controls, as torques.
+  // The torques at the joints for the controls.
   Vector driving(const Stage<T>& s) {
     Vector tau = dynamics::driving_torques<T>(model, torques, effects, command(s));
     return drives.push() ? Vector(tau + push_torques(s)) : tau;
@@ -102,7 +102,7 @@ struct Plant {
     if (pushes.empty()) return of_contacts;
     return of_contacts + dynamics::wrench_torques<T>(model, data, pushed, pushes, q(s));
   }
-  // How far rigid contacts are from touching, and the rows of their velocities.
+  // Gaps of rigid contacts, and the rows of their velocities.
   dynamics::UnilateralRows<T> touching(const Stage<T>& s, const dynamics::UnilateralConstraints& rigid) {
     return dynamics::unilateral_rows<T>(model, data, rigid, q(s));
   }
@@ -110,7 +110,7 @@ struct Plant {
   Vector seen_v(const Stage<T>& s) const {
     return effects.acting().coriolis ? v(s) : Vector(Vector::Constant(model.nv, T(0)));
   }
-  // What effects add that are not the callees' own.
+  // Effects that the callees do not include.
   Vector passive(const Stage<T>& s) {
     return dynamics::effect_torques<T>(model, data, torques, effects, q(s), v(s));
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What an AdFunction and its copies share: the function, immutable, with room to evaluate in.  Internal.
+// The part that an AdFunction and its copies share: the function, immutable, with workspaces.  Internal.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ namespace dyntape::detail {
 void check_size(const char* asked, const std::string& name, const char* what, Eigen::Index got,
                 std::size_t expected);
 
-// Both triangles of a symmetric matrix from its lower one, or a Jacobian as it is.
+// Both triangles of a symmetric matrix from its lower triangle, or a Jacobian unchanged.
 matrix_t dense(const Pattern& pattern, const std::vector<double>& values, bool symmetric);
 
 // Index of the first entry that is not finite, or -1.
@@ -47,7 +47,7 @@ struct SharedFunction {
   mutable WorkspacePool<Room> pool;
 };
 
-// Made when it is first asked for, by one thread; an exception leaves it unmade.
+// A value that one thread makes at the first request; after an exception the next request tries again.
 class OnRequest {
  public:
   template <class Make>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Local models of functions, with OCS2's names.
+// Linear and quadratic approximations of functions, with OCS2's names.
 //
 //   ScalarFunctionQuadraticApproximation cost = ScalarFunctionQuadraticApproximation::Zero(nx, nu);
 //   cost += 0.5 * tracking;
@@ -8,13 +8,13 @@
 //
 //   scalar   f(x + dx, u + du) = f + dfdx . dx + dfdu . du
 //                                + 1/2 dx . dfdxx dx + du . dfdux dx + 1/2 du . dfduu du
-//   vector   the same for each entry of f; one second-order matrix an output
+//   vector   the same for each entry of f; one second-order matrix per output
 //
 // Shapes: f a number or (nf); dfdx, dfdu gradients (nx), (nu) of a scalar, Jacobians (nf x nx), (nf x nu) of
 // a vector; dfdxx (nx x nx), dfdux (nu x nx: input times state), dfduu (nu x nu).  nu = -1: no inputs, the u
 // blocks are empty.  An empty block counts as zero in + and +=; other sizes that differ throw ArgumentError.
 //
-// Each becomes a client's own struct with members of these names by itself: Theirs theirs = ours;
+// Each converts implicitly to a client's struct with members of these names: Theirs theirs = ours;
 #pragma once
 
 #include <Eigen/Core>
@@ -33,9 +33,9 @@ using matrix_t = Eigen::MatrixXd;
 
 namespace detail {
 
-struct OfDyntape {};  // these structs themselves, which are no client's
+struct OfDyntape {};  // marks dyntape's structs, to distinguish them from a client's
 
-// A client's struct with the members of ours.
+// A client's struct with the same members.
 template <class Theirs>
 concept LinearLike =
     !std::derived_from<Theirs, OfDyntape> && std::default_initializable<Theirs> && requires(Theirs t) {
@@ -94,7 +94,7 @@ struct QuadraticBlocks : OfDyntape {
   }
 };
 
-// What is done to all blocks alike.  Size: of f, of a vector alone.  Entries of what is resized are undefined.
+// Operations on all blocks.  Size: of f, for vectors only.  Entries are undefined after a change of size.
 template <class Self, class Blocks, class... Size>
 struct ApproximationOf : Blocks {
   ApproximationOf() = default;
@@ -125,7 +125,7 @@ struct VectorFunctionLinearApproximation
     : detail::OfVector<VectorFunctionLinearApproximation, detail::LinearBlocks<vector_t, matrix_t>> {
   using ApproximationOf::ApproximationOf;
 };
-// The second order is a matrix an output.
+// The second order is one matrix per output.
 struct VectorFunctionQuadraticApproximation
     : detail::OfVector<VectorFunctionQuadraticApproximation,
                        detail::QuadraticBlocks<vector_t, matrix_t, std::vector<matrix_t>>> {
@@ -155,14 +155,14 @@ A operator*(scalar_t factor, A a) {
 template <Approximation A>
 std::ostream& operator<<(std::ostream& out, const A& a);
 
-// What does not have the shapes above, as sentences that start with `name`; empty if everything fits.
+// Deviations from the shapes above, as sentences that start with `name`; empty if all shapes are right.
 template <ScalarFunctionApproximation A>
 std::string checkSize(int nx, int nu, const A& a, const std::string& name);
 template <VectorFunctionApproximation A>
 std::string checkSize(int nf, int nx, int nu, const A& a, const std::string& name);
 
-// Whether a matrix is square, finite, symmetric and positive semi-definite, each up to rounding on the scale
-// of its largest entry (n eps max |a_ij|): a sentence, or empty.
+// Checks that a matrix is square, finite, symmetric and positive semi-definite, up to rounding relative to its
+// largest entry (n eps max |a_ij|).  Returns a sentence, or "".
 std::string checkBeingPSD(const matrix_t& matrix, const std::string& name);
 
 }  // namespace dyntape

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// CppAD's conditional expressions, and the other free functions that code for OCS2 takes from it, for recorded numbers and doubles.
+// CppAD's conditional expressions and the other free functions of CppAD that code for OCS2 calls, for recorded
+// numbers and doubles.
 //
 //   namespace CppAD = dyntape::ocs2::cppad_names;         // for code that spells CppAD::
-//   y = CppAD::CondExpLt(x, zero, -x, x);                  // |x|, both sides recorded, the right one at every point
-//   y = CondExpLt(x, zero, -x, x);                         // of recorded numbers found without any prefix
+//   y = CppAD::CondExpLt(x, zero, -x, x);                  // |x|; records both sides, valid at every point
+//   y = CondExpLt(x, zero, -x, x);                         // recorded numbers need no prefix
 //
-// In all five relations; operands are recorded numbers, doubles, or both.  The side that is not taken contributes exactly zero to
-// every derivative, also where it is not finite.
+// All five relations exist.  Operands are recorded numbers, doubles, or both.  The side that is not taken
+// contributes exactly zero to every derivative, also if that side is not finite.
 #pragma once
 
 #include <cmath>
@@ -36,7 +37,7 @@ Result taken(const auto& condition, const T& if_true, const T& if_false) {
 
 }  // namespace detail
 
-// if_true where left RELATION right holds, else if_false.
+// if_true if `left RELATION right` is true, else if_false.
 #define DYNTAPE_COND_EXP(Relation, op)                                                                      \
   template <detail::CondExpOperand L, detail::CondExpOperand R, detail::CondExpOperand A,                   \
             detail::CondExpOperand B>                                                                       \
@@ -60,7 +61,7 @@ using dyntape::CondExpGt;
 using dyntape::CondExpLe;
 using dyntape::CondExpLt;
 
-// Of recorded numbers from dyntape, of doubles from <cmath>: CppAD::sqrt(x) and the like.
+// CppAD::sqrt(x) and similar: dyntape's functions for recorded numbers, those of <cmath> for doubles.
 #define DYNTAPE_OF_BOTH(f) \
   using dyntape::f;        \
   using std::f;
@@ -101,7 +102,7 @@ bool isnan(const T& x) {
     return std::isnan(x);
   }
 }
-// The number at the recording point, and as a constant of the recording.
+// The number at the recording point, as a double and as a constant of the recording.
 inline double Value(const AD& x) { return x.value(); }
 inline AD Var2Par(const AD& x) { return AD(x.value()); }
 inline bool Variable(const AD& x) { return x.is_recorded(); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// OCS2's class of its own names and calls, on AdFunction (ad_function.h), which does the work.
+// OCS2's class CppAdInterface with its own names and calls, implemented by AdFunction (ad_function.h).
 //
 //   #include <dyntape/interface/ocs2/ocs2.h>
 //   namespace ocs2 = dyntape::ocs2;
@@ -11,14 +11,15 @@
 //   f.createModels(ocs2::CppAdInterface::ApproximationOrder::Second, false);
 //   ocs2::matrix_t J = f.getJacobian(x, p);
 //
-// What differs on purpose, and how a client gets the old way (docs/from_ocs2.md has the table):
-//   settings().forceRebuild = true           createModels compiles although the cache has this very function
-//   settings().checkFinite = false           results that are not finite are returned, not a NumericalError
-//   recordAtOnes()                           branches are decided where OCS2 decides them
-// Settings hold from the next createModels, loadModels or loadModelsIfAvailable on.
+// Differences from OCS2, and the setting that restores OCS2's behaviour (table in docs/from_ocs2.md):
+//   settings().forceRebuild = true           createModels compiles even if the cache has this function
+//   settings().checkFinite = false           results that are not finite are returned, without NumericalError
+//   recordAtOnes()                           branches are decided at OCS2's recording point
+// Settings take effect at the next createModels, loadModels or loadModelsIfAvailable.
 //
-// Errors are exceptions that name the model, and where they are of the recording the line that makes the object: ArgumentError,
-// NumericalError, GuardViolation, RecordingError, ToolError (autodiff/error.h).  The object then keeps the model that it had.
+// Errors name the model; errors of the recording name the line that constructs the object: ArgumentError,
+// NumericalError, GuardViolation, RecordingError, ToolError (autodiff/error.h).  After an error the object keeps its
+// previous model.
 #pragma once
 
 #include <string>
@@ -48,7 +49,7 @@ class CppAdInterface {
   using VectorRef = AdFunction::VectorRef;
   using ApproximationOrder = AdFunction::ApproximationOrder;
 
-  // folderName: root of the cache, relative to where the program is now; empty: the user's default cache.
+  // folderName: root of the cache, relative to the working directory; empty: the user's default cache.
   CppAdInterface(ad_parameterized_function_t adFunction, std::size_t variableDim, std::size_t parameterDim,
                  std::string modelName, std::string folderName = "",
                  std::vector<std::string> compileFlags = AdFunction::defaultCompileFlags(),
@@ -61,11 +62,11 @@ class CppAdInterface {
                  AdFunctionSettings settings, const char* file = __builtin_FILE(),
                  int line = __builtin_LINE());
 
-  // A library of this very function in the cache serves, one of a higher order too, unless settings().forceRebuild.
+  // Uses a library of this function from the cache, also one of a higher order, unless settings().forceRebuild.
   void createModels(ApproximationOrder approximationOrder = ApproximationOrder::Second, bool verbose = true);
-  // Of the highest order that there is; NotCached where there is none.
+  // Loads the highest order in the cache; NotCached if there is none.
   void loadModels(bool verbose = true);
-  // As createModels, and never compiles what is there.
+  // Like createModels, but never compiles an existing library.
   void loadModelsIfAvailable(ApproximationOrder approximationOrder = ApproximationOrder::Second,
                              bool verbose = true);
 
@@ -77,7 +78,7 @@ class CppAdInterface {
   matrix_t getHessian(std::size_t outputIndex, const VectorRef& x, const VectorRef& p = vector_t()) const;
   matrix_t getHessian(const VectorRef& w, const VectorRef& x, const VectorRef& p = vector_t()) const;
 
-  // All that the order has, from one call of the library.  w: (m) weights of the Hessian; empty: ones.
+  // All results of the model's order, from one call of the library.  w: (m) weights of the Hessian; empty: ones.
   CppAdEvaluation getAll(const VectorRef& x, const VectorRef& p = vector_t(),
                          const VectorRef& w = vector_t()) const;
 
@@ -87,7 +88,7 @@ class CppAdInterface {
   std::size_t getRangeDim() const { return function_.rangeDim(); }
   bool hasModels() const { return function_.hasModel(); }
 
-  // The columns of each row that are no zeros.
+  // The columns of the non-zeros of each row.
   cppad_sparsity::SparsityPattern getJacobianSparsityPattern() const;
   cppad_sparsity::SparsityPattern getHessianSparsityPattern() const;  // both triangles
 
@@ -102,7 +103,7 @@ class CppAdInterface {
   ad_parameterized_function_t recorded_;
   std::size_t variableDim_, parameterDim_;
   AdFunctionSettings settings_;
-  const char* file_;  // where it is made
+  const char* file_;  // of the construction
   int line_;
   AdFunction function_;
 };

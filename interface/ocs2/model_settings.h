@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What OCS2's examples keep of code generation in their ModelSettings, as settings of a function here.
+// Converts the code-generation settings in the ModelSettings of OCS2's examples to settings of a function.
 //
 //   CppAdInterface f(flow, 24, 0, settingsFrom(modelSettings, "dynamics"));        // a client's own struct
 //   f.createModels(ApproximationOrder::First, modelSettings.verboseCppAd);
@@ -13,15 +13,16 @@
 
 namespace dyntape::ocs2 {
 
-// The members of OCS2's that matter here; a client's struct may have any of them, and others.
+// The members of OCS2's ModelSettings that are read here; a client's struct may have any of them, and others.
 struct ModelSettings {
   bool recompileLibrariesCppAd = true;
   bool verboseCppAd = true;
   std::string modelFolderCppAd = "";  // OCS2: "/tmp/ocs2"; empty: the user's default cache
 };
 
-// recompileLibrariesCppAd (or recompileLibraries) says "compile, what is there may be stale": here nothing stale can be loaded, so
-// that it changes nothing unless `really`, which compiles whatever is there.
+// The settings of these ModelSettings.  recompileLibrariesCppAd (or recompileLibraries) has no effect unless
+// `really`, because the cache never loads a stale library.  With `really`, it compiles even if the cache has the
+// library.
 template <class Settings>
 AdFunctionSettings settingsFrom(const Settings& from, const std::string& modelName, bool really = false) {
   AdFunctionSettings settings;

@@ -36,7 +36,7 @@ using matrix3_t = Eigen::Matrix3d;
 using vector3_t = Eigen::Vector3d;
 using quaternion_t = Eigen::Quaterniond;
 
-// A recorded number; below it there is no second one, so that its base is a double.
+// The base type of ad_scalar_t.  There is one level of recorded numbers, so the base is double.
 using ad_base_t = scalar_t;
 using dyntape::ad_matrix_t;
 using dyntape::ad_scalar_t;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// All names of OCS2's that are here, for code that moves over (docs/from_ocs2.md):
+// OCS2's names in dyntape, all in one header.  Use it to move code from OCS2 (docs/from_ocs2.md):
 //
 //   #include <dyntape/interface/ocs2/ocs2.h>
 //   namespace ocs2 = dyntape::ocs2;
 //   namespace CppAD = dyntape::ocs2::cppad_names;        // for code that spells CppAD::CondExpLt and the like
 //
-// Code that stands in `namespace ocs2 { ... }` itself includes ocs2_namespace.h instead, which needs no alias.
+// Code inside `namespace ocs2 { ... }` includes ocs2_namespace.h instead and needs no alias.
 #pragma once
 
 #include <dyntape/interface/ocs2/classes/constraints.h>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The dense end of the derivatives of forward dynamics as a loop: in straight-line code it is two thirds of a
-// humanoid's operations and a megabyte, so that fetching the code costs more than the arithmetic.
+// The dense last part of the derivatives of forward dynamics, as a loop.  As straight-line code this part is two
+// thirds of a humanoid's operations and a megabyte; fetching this code would cost more than the arithmetic.
 //
 //   const MinverseProduct product(data.tree);
 //   VectorXad ddq_dq_and_dv = call(product.callee(), product.arguments(Minv, dtau_dq, dtau_dv));
 //
-// Results: -Minv dtau_dq, then -Minv dtau_dv (nv x nv each), row by row.  Of dtau_dq and dtau_dv only what can
-// differ from zero is read: column j has entries in the rows that lie on one path with j, docs/math.md (D.19).
-// The sums run in the order of dynamics::fd_derivatives and have its bits.
+// Results: -Minv dtau_dq, then -Minv dtau_dv (nv x nv each), row by row.  Reads only the entries of dtau_dq and
+// dtau_dv that may be non-zero: column j has entries in the rows on one path with j, docs/math.md (D.19).  Sums run
+// in the order of dynamics::fd_derivatives and have the same bits.
 #pragma once
 
 #include <array>
@@ -26,19 +26,20 @@ class MinverseProduct {
  public:
   using Vector3ad = Eigen::Matrix<AD, 3, 1>;
 
-  // kFree: the first joint is a free-flyer.  What its position, orientation and linear velocity do to accelerations
-  // is known without M: a body in free fall sees gravity turn, and w x v in its own frame; nothing else changes.
+  // kFree: the first joint is a free-flyer.  The effect of its position, orientation and linear velocity on
+  // accelerations is known without M: for a body in free fall, gravity turns and w x v changes in its own frame;
+  // nothing else changes.
   enum class Base { kAny, kFree };
   explicit MinverseProduct(const dynamics::Tree& tree, Base base = Base::kAny);
 
-  // Whether a loop beats straight-line code.
+  // Whether a loop is faster than straight-line code.
   bool is_worth_a_loop() const;
 
-  // kFused: fma, which differs in last bits; it is what kApart becomes in the profile fast (Callee::fused).
+  // kFused: with fma, other last bits; kApart becomes kFused in the profile fast (Callee::fused).
   enum class Sums { kApart, kFused };
-  // ArgumentError for robots of fewer than eight degrees of freedom.
+  // ArgumentError: the robot has fewer than eight degrees of freedom.
   std::shared_ptr<const Callee> callee(Sums sums = Sums::kApart) const;
-  // Of a free base also gravity and the angular velocity, both in its frame.
+  // For a free base, also gravity and the angular velocity, both in its frame.
   VectorXad arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq, const MatrixXad& dtau_dv,
                       const Vector3ad& gravity = Vector3ad::Zero(),
                       const Vector3ad& turn = Vector3ad::Zero()) const;
@@ -58,7 +59,7 @@ class MinverseProduct {
   int nv_;
   std::array<int, 2> known_ = {0, 0};  // the first columns of the two results that need no product
   std::vector<int> path_;              // the rows of each column, one after the other
-  std::vector<int> end_;               // where those of a column end
+  std::vector<int> end_;               // where the rows of each column end
 };
 
 }  // namespace dyntape

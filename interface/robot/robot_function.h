@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The functions of a robot by name, and what is known of each without evaluating it.
+// The functions of a robot by name, with names, shapes and properties.
 //
 //   RobotFunction id("id-derivatives");
 //   input_names(arm, id)        q0, ..., v0, ..., a0, ...
 //   outputs(arm, id)            dtau_dq, dtau_dv, dtau_da: name, shape, size
 //
-// robot_rows.h is the table of all functions, a row each; `dyntape eval --help` prints it.
+// robot_rows.h is the table of all functions; `dyntape eval --help` prints it.
 #pragma once
 
 #include <string>
@@ -17,19 +17,19 @@
 
 namespace dyntape {
 
-// A row of the table, and what its function is to be told besides the state.
+// A row of the table, and the settings of its function.
 class RobotFunction {
  public:
   // ArgumentError, with the nearest name, for a name that is not in the table.
   explicit RobotFunction(const std::string& name);
 
-  // For functions of a frame: its name (empty: the last of the model), and in which frame the result is.
+  // For functions of a frame: its name (empty: the last frame of the model), and the axes of the result.
   std::string frame;
   dynamics::ReferenceFrame in = dynamics::ReferenceFrame::kLocalWorldAligned;
-  // For constrained dynamics: frames whose origins are held where they are (none: `frame` is).
+  // For constrained dynamics: frames whose origins are held (empty: `frame`).
   std::vector<std::string> contacts;
-  // Joints that follow others (dynamics/algorithms/mimic.h): states and results are then those of the others, nq and nv
-  // count these only, and torques act on them.
+  // Mimic joints (dynamics/algorithms/mimic.h): states and results then have the other joints only, nq and nv count
+  // only these, and torques act on them.
   std::vector<dynamics::MimicRule> mimics;
 
   int row() const { return row_; }
@@ -40,12 +40,12 @@ class RobotFunction {
  private:
   int row_;
 };
-#if !defined(DYNTAPE_LEVEL)  // a level initialises nothing: it takes the library's
+#if !defined(DYNTAPE_LEVEL)  // levels use the library's object
 inline const RobotFunction RobotFunction::kRnea("rnea"), RobotFunction::kAba("aba"),
     RobotFunction::kCrba("crba"), RobotFunction::kIdDerivatives("id-derivatives"),
     RobotFunction::kFdDerivatives("fd-derivatives");
 
-// The five that optimal control is made of.
+// The five functions of optimal control.
 inline const RobotFunction kCoreFunctions[] = {RobotFunction::kRnea, RobotFunction::kAba,
                                                RobotFunction::kCrba, RobotFunction::kIdDerivatives,
                                                RobotFunction::kFdDerivatives};
@@ -53,19 +53,19 @@ inline const RobotFunction kCoreFunctions[] = {RobotFunction::kRnea, RobotFuncti
 const std::vector<RobotFunction>& robot_functions();  // all rows, in their order
 
 const char* to_string(const RobotFunction& function);
-// In one line, for people.
+// A description in one line.
 const char* description(const RobotFunction& function);
 
-// Whether the function is the derivative of another one, and of which.
+// Returns the function of which this is a derivative, if any.
 bool is_derivative(const RobotFunction& function);
 RobotFunction value_of(const RobotFunction& derivative);
-// Whether the function solves for accelerations: it then needs an inertia about every joint.
+// Returns true if the function solves for accelerations; it then needs an inertia about every joint.
 bool is_forward(const RobotFunction& function);
-// Whether it reads `frame`, `contacts`.
+// Returns true if it reads `frame`, `contacts`.
 bool takes_frame(const RobotFunction& function);
 bool takes_contacts(const RobotFunction& function);
 
-// A block of a result or of a state.
+// A block of a result or state.
 struct RobotBlock {
   std::string name, shape;  // "dtau_dq", "nv x nv"
   int rows = 1, cols = 1, pages = 1;

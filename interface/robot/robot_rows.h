@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a row of the table of functions says (robot_table.hxx), and how a row is run.  Internal.
+// The rows of the table of robot functions (robot_table.hxx), and how a row is run.  Internal.
 //
-//   .inputs    what the state holds, in this order: q v (a | tau) mu
+//   .inputs    inputs of the state, in this order: q v (a | tau) mu
 //   .outputs   blocks of the result: name, rows, columns, pages
-//   .of, .by   for a derivative: the row of its value, which takes the same state, and the inputs it is taken by;
-//              its blocks are then, for each block of the value, one for each of these inputs
-//   .needs     what must be told besides
-//   .run       computes; .write gives the result out
-// Rows know nothing of joints that follow others: they see full vectors, and a Data that is told (following.h).
+//   .of, .by   for a derivative: the row of its value, with the same state, and the inputs of the derivative; its
+//              blocks are, for each block of the value, one for each of these inputs
+//   .needs     further settings
+//   .run       computes; .write writes the result
+// Rows do not handle mimic joints: they get full vectors, and a Data with their rules (following.h).
 #pragma once
 
 #include <dyntape/interface/robot/robot_workspace.h>
@@ -19,7 +19,7 @@
 namespace dyntape::detail {
 
 // kNv: torques, and derivatives by q, v and a; kNvMoved: velocities and accelerations, and derivatives by torques.
-// The two part ways where joints follow others (robot_reduction.hxx); k3Nv, k3NvMoved: q, v and a | tau together.
+// Both differ with mimic joints (robot_reduction.hxx).  k3Nv, k3NvMoved: q, v and a | tau together.
 enum class Extent { kOne, k3, k6, kNv, kNvMoved, k3Nv, k3NvMoved, k10Bodies, kContactRows };
 
 struct BlockShape {
@@ -67,12 +67,12 @@ inline int size_of(const BlockShape& shape, const RobotSizes& sizes) {
   return extent(shape.rows, sizes) * extent(shape.cols, sizes) * extent(shape.pages, sizes);
 }
 
-// Number of inputs behind q: 0 to 3.
+// Number of inputs after q: 0 to 3.
 inline int inputs_behind_q(const char* inputs) {
   return static_cast<int>(std::count(inputs, inputs + std::char_traits<char>::length(inputs), ' '));
 }
 
-// Which inputs (0: q) a derivative is taken by.
+// The inputs (0: q) of a derivative.
 std::vector<int> derived_by(const RobotFunction& derivative);
 
 }  // namespace dyntape::detail

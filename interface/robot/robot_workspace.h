@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a row of the table (robot_rows.h) works with, in any scalar that robot_table.hxx is instantiated for: double and
-// AD in dyntape_interface; packs, float and 113 bits in dyntape_scalars.  Internal.
+// The workspace of a row of the table (robot_rows.h), for any scalar that robot_table.hxx is instantiated for:
+// double and AD in dyntape_interface; packs, float and 113 bits in dyntape_scalars.  Internal.
 //
 //   RobotWorkspace<double> work(model, RobotFunction("crba"));
 //   work.evaluate(state, result);            // from and to arrays of n_in(), n_out() numbers
@@ -24,20 +24,20 @@
 
 namespace dyntape::detail {
 
-// A state taken apart; empty beyond what the function takes.
+// The parts of a state; parts that the function does not use are empty.
 template <class T>
 struct RobotState {
   dynamics::VectorX<T> q, v, w, mu;  // w: a or tau
 };
 
-// Results go out in the order of robot_functions.h: to an array, or by parts to whoever takes them.
+// Writes results in the order of robot_functions.h, to an array or in parts to a callback.
 template <class T>
 class RobotWriter {
  public:
   using Take = std::function<void(const T* part, std::size_t count)>;
 
   explicit RobotWriter(T* y) : y_(y) {}
-  // Each part as soon as it fills `room`; what is left, by finish().
+  // Passes on each part when it fills `room`; finish() passes on the rest.
   RobotWriter(std::span<T> room, Take take)
       : begin_(room.data()), y_(begin_), end_(begin_ + room.size()), take_(std::move(take)) {}
 
@@ -51,7 +51,7 @@ class RobotWriter {
       for (Eigen::Index j = 0; j < block.cols(); ++j) (*this)(T(block(i, j)));
     }
   }
-  // Page (i, j, k) with k running first.
+  // Page (i, j, k) with k fastest.
   void operator()(const dynamics::Tensor3<T>& tensor) {
     const int n = tensor.size();
     for (int i = 0; i < n; ++i) {
@@ -87,7 +87,7 @@ struct RobotSizes {
   int nq = 0, nv = 0, bodies = 0, contacts = 0;
 };
 
-// Working memory of a part of dynamics/, there once a row has run that asks for it.
+// Working memory of a part of dynamics/, made at its first use.
 template <class T, class Part>
 class OnDemand {
  public:
@@ -103,7 +103,7 @@ class OnDemand {
   std::unique_ptr<Part> part_;
 };
 
-// One thread at a time.
+// Not thread-safe.
 template <class T>
 struct RobotWorkspace {
   RobotWorkspace(const dynamics::Model<T>& robot, const RobotFunction& function);
@@ -113,7 +113,7 @@ struct RobotWorkspace {
   void run() { run(state); }
   void run(const RobotState<T>& at);
   void write(T* to);
-  // By parts, as RobotWriter; of robots without joints that follow others.
+  // In parts, as RobotWriter; for robots without mimic joints.
   void write(std::span<T> room, typename RobotWriter<T>::Take take);
   void evaluate(const T* from, T* to) {
     read(from);
@@ -122,16 +122,16 @@ struct RobotWorkspace {
   }
   std::size_t n_in() const;
   std::size_t n_out() const;
-  // The rules that joints follow; null for most robots.
+  // The rules of mimic joints; null for most robots.
   const dynamics::MimicModel<T>* mimic() const;
-  // q (+) d in the entries that a state has.
+  // q (+) d, for the entries of a state.
   dynamics::VectorX<T> integrate(const dynamics::VectorX<T>& q, const dynamics::VectorX<T>& d) const;
 
-  const dynamics::Model<T>& model;  // the caller keeps it
+  const dynamics::Model<T>& model;  // owned by the caller
   dynamics::Data<T> data;
   RobotState<T> state;
   const RobotRow<T>& row;
-  RobotSizes sizes;  // of what goes in and out: without joints that follow others
+  RobotSizes sizes;  // of inputs and outputs: without mimic joints
   int frame = -1;
   dynamics::ReferenceFrame in;
   std::vector<int> contacts;
@@ -151,7 +151,7 @@ struct RobotWorkspace {
   const dynamics::ConstrainedHessian<T>& constrained_hessian() const { return *constrained_hessian_; }
 
  private:
-  std::unique_ptr<RobotReduction<T>> reduction_;  // where joints follow others
+  std::unique_ptr<RobotReduction<T>> reduction_;  // with mimic joints
   std::unique_ptr<dynamics::ConstraintData<T>> constraints_;
   std::unique_ptr<dynamics::ConstrainedHessian<T>> constrained_hessian_;
 };

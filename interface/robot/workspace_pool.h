@@ -2,10 +2,10 @@
 //
 // Workspaces for `const` calls from any number of threads, without locks.  Internal.
 //
-//   auto room = pool.take([&] { return std::make_unique<Room>(...); });   // given back when it goes out of scope
+//   auto room = pool.take([&] { return std::make_unique<Room>(...); });   // returned at the end of the scope
 //   room->y[0] = ...;
 //
-// A thread meets the same workspace again as long as no other thread took it meanwhile.
+// A thread gets the same workspace again unless another thread has taken it in the meantime.
 #pragma once
 
 #include <array>
@@ -65,7 +65,7 @@ class WorkspacePool {
     return place;
   }
 
-  // What finds no free slot is deleted: more threads than slots only cost an allocation.
+  // A workspace without a free slot is deleted: more threads than slots only cost an allocation.
   void give_back(std::size_t start, std::unique_ptr<Room> room) {
     for (std::size_t i = 0; room && i < kSlots; ++i) {
       Room* empty = nullptr;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Whether the energy of a motion is accounted for, mechanism by mechanism (mechanisms.h): a small one beside a large one has
-// a balance of its own.
+// Checks the energy balance of a motion for each mechanism (mechanisms.h) separately, so that a small mechanism is
+// not hidden by a large one.
 //
 //   EnergyBalances balances(mechanisms);
 //   balances.add(energy, work);                                    // at the start, then after each step
-//   const std::string warning = doubt_of_energy(balances.all());     // "" or a sentence
+//   const std::string warning = doubt_of_energy(balances.all());     // "" or a warning
 //
-// The kinetic energy changes by the work of all that acts; of what has a potential that is what it stores less.  The
-// difference is what the steps themselves take or give: implicit-velocity takes some, of the order of its step.
+// The kinetic energy changes by the work of all flows; for a potential this is the decrease of its energy.  The
+// difference is the energy that the steps add or remove; implicit-velocity removes some, of the order of its step.
 #pragma once
 
 #include <string>
@@ -21,10 +21,10 @@ namespace dyntape {
 struct MechanismBalance {
   std::string name;  // of its first joint
   double error = 0;  // (J) largest difference
-  double moved = 0;  // (J) the largest energy that moved, which it is compared with
-  double taken = 0;  // (J) what the steps have taken by the end; less than zero: what they have given
+  double moved = 0;  // (J) largest moving energy, the reference of the error
+  double taken = 0;  // (J) energy removed by the steps until the end; negative: added
 
-  double part() const;  // of what moved
+  double part() const;  // error relative to `moved`
 };
 
 class EnergyBalances {
@@ -41,12 +41,12 @@ class EnergyBalances {
   Eigen::VectorXd kinetic_;  // at the start
 };
 
-// More than this part of the energy that moved unaccounted for is no success.
+// A motion with a larger error, relative to the moving energy, is no success.
 constexpr double kMostUnaccounted = 0.1;
 
 std::string doubt_of_energy(const std::vector<MechanismBalance>& balances);
 
-// The one whose part is the largest.
+// The balance with the largest relative error.
 const MechanismBalance& worst_of(const std::vector<MechanismBalance>& balances);
 
 }  // namespace dyntape

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a variational step needs of a recorded Lagrangian, derived from it by the graph engine.
+// The derivatives of a recorded Lagrangian for variational steps, made by the graph engine.
 //
 //   const Lagrangian L(system);
-//   dynamics::LagrangianDerivatives<AD> s = L.derivatives(q, v, p);       // inside a recording: dL/dq, tangent, and dL/dv
+//   dynamics::LagrangianDerivatives<AD> s = L.derivatives(q, v, p);  // inside a recording: dL/dq, tangent, and dL/dv
 //   VectorXad v1 = L.velocity(q1, momentum, p);                 // with dL/dv(q1, v1) = momentum
 //
-// ArgumentError where there is no Lagrangian, where it branches without select, or where it is not quadratic in v: its
-// second derivative by v, the mass matrix, must not depend on v.
+// Errors.  ArgumentError: no Lagrangian, a branch without select, a Lagrangian that is not quadratic in v (its
+// second derivative by v, the mass matrix, must not depend on v).
 #pragma once
 
 #include <memory>

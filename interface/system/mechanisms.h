@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The mechanisms of a scene: parts that no joint, loop, tendon or contact of their own connects, so that no energy goes from one to another.
+// The mechanisms of a scene: parts that no joint, loop, tendon or contact connects, so that they exchange no energy.
 //
-//   for (const Mechanism& part : mechanisms_of(scene)) ...      // part.name: of the joint next to the world
+//   for (const Mechanism& part : mechanisms_of(scene)) ...      // part.name: the joint next to the world
 //
-// A ground that they stand on does not connect them: it does not move.
+// The ground does not connect mechanisms: it does not move.
 #pragma once
 
 #include <string>
@@ -19,10 +19,10 @@ struct Mechanism {
   std::vector<int> joints;  // ascending
 };
 
-// In the order of their first joints; one at least.
+// In the order of their first joints; at least one.
 std::vector<Mechanism> mechanisms_of(const RobotScene& scene);
 
-// (joints) the place of each joint's mechanism among them.
+// (joints) index of each joint's mechanism.
 std::vector<int> mechanism_of_joints(const std::vector<Mechanism>& mechanisms, int n_joints);
 
 }  // namespace dyntape

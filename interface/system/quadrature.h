@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Running integrals of functions that are known at equal steps, by the cubic through four neighbouring values:
-//   int_{k}^{k+1} f = h/24 (-f_{k-1} + 13 f_k + 13 f_{k+1} - f_{k+2}),   at the ends h/24 (9 f_0 + 19 f_1 - 5 f_2 + f_3).
+// Running integrals of functions known at equal steps, by the cubic through four neighbouring values:
+//   int_{k}^{k+1} f = h/24 (-f_{k-1} + 13 f_k + 13 f_{k+1} - f_{k+2}),   at the ends h/24 (9 f_0 + 19 f_1 - 5 f_2 +
+//                                                                        f_3).
 //
 //   Quadrature integral(h, n);                    // of n functions
 //   integral.append(f);                           // (n) at 0, h, 2 h, ...
 //   integral.finish();
 //   integral.at(k)                                // (n) from 0 to k h
 //
-// Error of each O(h^4); with two or three values that of the trapezoid or of the parabola.
+// Error O(h^4) each; with two or three values that of the trapezoid or the parabola.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +21,7 @@ class Quadrature {
  public:
   Quadrature(double h, Eigen::Index n) : h_(h), sum_(Eigen::VectorXd::Zero(n)) {}
 
-  // The integrals up to the points that have become known, in order: none with the first values, mostly one a call.
+  // The integrals up to the newly known points, in order: none for the first values, usually one per call.
   template <class Take>
   void append(const Eigen::VectorXd& f, const Take& take) {
     if (count_ == 0) take(sum_);
@@ -32,10 +33,10 @@ class Quadrature {
     last_.pop_front();
   }
 
-  // Those that are left.
+  // The remaining integrals.
   template <class Take>
   void finish(const Take& take) {
-    if (count_ >= 4) {  // three values are left, the last interval is missing
+    if (count_ >= 4) {  // three values remain, the last interval is missing
       last_.push_front(before_);
       return add({1, -5, 19, 9}, take);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What is integrated: q' = v, v' = acceleration, and motors that follow their commands.
+// A system to integrate: q' = v, v' = acceleration, and motors that follow their commands.
 //
 //   System pendulum;
 //   pendulum.name = "pendulum";
@@ -9,10 +9,10 @@
 //     return VectorXad(VectorXad::Constant(1, -9.81 * sin(s.q[0])));
 //   };
 //
-// Commands u (n_u) are held over a step.  A motor with a time constant lag (s) has a state m, m' = (u - m) / lag, which
-// is followed exactly, also inside a step: m(t + s) = u + (m - u) exp(-s / lag); what drives the system is m, or u where
-// there is no lag.  Parameters p (n_p) are whatever the callables make of them.  The callables are recorded: no `if` on
-// values, but select (autodiff/record/scalar.h).
+// Commands u (n_u) are constant over a step.  A motor with lag (s) has a state m, m' = (u - m) / lag, which is
+// integrated exactly, also inside a step: m(t + s) = u + (m - u) exp(-s / lag).  The drive of the system is m, or u
+// without lag.  Parameters p (n_p) are free for the callables.  The callables are recorded: use select instead of
+// `if` on values (autodiff/record/scalar.h).
 #pragma once
 
 #include <dyntape/autodiff/record/eigen.h>
@@ -30,35 +30,35 @@ struct SystemPoint {
   using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
   T t = T(0);    // s
   Vector q, v;   // (nq), (nv), as the model has them
-  Vector drive;  // (n_u) what the motors give
+  Vector drive;  // (n_u) output of the motors
   Vector p;      // (n_p)
 };
 
 struct System {
   std::string name;
-  dynamics::Model<double> model = {};                                  // says what q and v are
+  dynamics::Model<double> model = {};                                  // defines q and v
   int n_u = 0, n_p = 0;                                                // commands, parameters
   Eigen::VectorXd lag = {};                                            // (n_u) s, 0: none; or empty
   std::function<VectorXad(const SystemPoint<AD>&)> acceleration = {};  // (nv)
 
-  // For Integrator::kVariational, which does not ask for the acceleration: kinetic less potential energy (J), at most
+  // For Integrator::kVariational, which does not use the acceleration: kinetic minus potential energy (J), at most
   // quadratic in v; and generalized forces (nv) that are not in it, or empty.
   std::function<AD(const VectorXad& q, const VectorXad& v, const VectorXad& p)> lagrangian = {};
   std::function<VectorXad(const SystemPoint<AD>&)> forces = {};
 
-  // Adaptive steps end where an entry of it falls to zero: g > 0 is how things are, as the height of a ball.
+  // Adaptive steps end if an entry falls to zero.  g > 0 is the normal state, e.g. the height of a ball.
   std::function<VectorXad(const SystemPoint<AD>&)> events = {};
 };
 
-// The schemes of dynamics/simulation/; and as many steps of an order as a tolerance takes (adaptive_steps.h).
+// The schemes of dynamics/simulation/, and adaptive schemes with variable order (adaptive_steps.h).
 enum class Integrator {
   kSemiImplicitEuler,  // order 1, explicit: velocities first, then positions by the new ones
   kRungeKutta4,        // order 4, explicit
-  kImplicitMidpoint,   // order 2, keeps quadratic invariants
-  kImplicitVelocity,   // order 1, damps what is stiff: springs, friction, contact
-  kVariational,        // order 2, keeps momenta; from the Lagrangian
-  kAdaptive,           // CVODES, Adams' methods: smooth motions
-  kAdaptiveStiff       // CVODES, backward differentiation: motions with parts that decay fast
+  kImplicitMidpoint,   // order 2, preserves quadratic invariants
+  kImplicitVelocity,   // order 1, damps stiff parts: springs, friction, contact
+  kVariational,        // order 2, preserves momenta; from the Lagrangian
+  kAdaptive,           // CVODES, Adams methods: smooth motions
+  kAdaptiveStiff       // CVODES, backward differentiation: motions with fast decaying parts
 };
 
 inline constexpr Integrator kIntegrators[] = {Integrator::kSemiImplicitEuler, Integrator::kRungeKutta4,
@@ -69,7 +69,7 @@ inline constexpr Integrator kIntegrators[] = {Integrator::kSemiImplicitEuler, In
 const char* to_string(Integrator integrator);
 bool is_adaptive(Integrator integrator);
 
-// Of the lagged motors, whose states end x = (q, v, m), in the order of u.
+// The lagged motors, whose states are the last in x = (q, v, m), in the order of u.
 std::vector<int> lagged_motors(const System& system);
 
 }  // namespace dyntape

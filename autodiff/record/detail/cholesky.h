@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Factorisations of symmetric matrices without branches, for any scalar; linear_algebra.h teaches them.
+// Factorisations of symmetric matrices without branches, for any scalar (guide: linear_algebra.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -83,7 +83,7 @@ Ldlt<typename Derived::PlainObject> ldlt(const Eigen::MatrixBase<Derived>& m) {
   return f;
 }
 
-// Both solves: forward substitution, scaling, backward substitution.
+// Both solves use forward substitution, scaling, backward substitution.
 template <class L, class B>
 typename B::PlainObject llt_solve(const Eigen::MatrixBase<L>& l, const Eigen::MatrixBase<B>& b) {
   detail::check_rows(l, b, "llt_solve");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// AD as a scalar of Eigen: its traits (eigen.h has the factorisations as well).
+// Eigen's traits of AD; factorisations are in eigen.h.
 #pragma once
 
 #include <Eigen/Core>

@@ -4,9 +4,9 @@
 //
 //   A (m x n, m >= n) = H_0 H_1 ... R,   H_k = I - beta_k v_k v_k^T,   v_k = (0 ... 0, a_kk + s |a|, a_k+1,k, ...)
 //
-// with s the sign of a_kk (1 at 0) and |a| the length of column k from the diagonal on, which becomes R_kk = -s |a|;
-// beta_k = 1 / (|a|^2 + |a_kk| |a|).  The last column of a square matrix has nothing to reflect.  A column that depends
-// on those before it leaves R_kk = 0 and beta_k infinite: nothing finite comes of what it meets.
+// with s the sign of a_kk (1 at 0) and |a| the length of column k from the diagonal on; then R_kk = -s |a| and
+// beta_k = 1 / (|a|^2 + |a_kk| |a|).  The last column of a square matrix needs no reflection.  A column that depends
+// on previous columns has R_kk = 0 and an infinite beta_k; results that use it are not finite.
 #pragma once
 
 #include <dyntape/autodiff/record/detail/pivoted_lu.h>
@@ -19,7 +19,7 @@ struct Householder {
   Eigen::Matrix<T, Eigen::Dynamic, 1> v, beta;  // v_k at k, and beta_k; of the columns that are reflected
 };
 
-// H_k x in the place of x, from row k on.
+// Replaces x by H_k x, from row k on.
 template <class T, class X>
 void reflect(const Householder<T>& f, Eigen::Index k, X&& x) {
   T along = f.v[k] * x(k);
@@ -51,7 +51,7 @@ Householder<T> householder(const DynamicMatrix<T>& a) {
   return f;
 }
 
-// R y = b and R^T y = b, in the place of the first n rows of b.
+// Solve R y = b and R^T y = b; y replaces the first n rows of b.
 template <class T>
 void solve_upper(const Householder<T>& f, DynamicMatrix<T>& x) {
   for (Eigen::Index c = 0; c < x.cols(); ++c) {
@@ -82,7 +82,7 @@ DynamicMatrix<T> least_squares_of(const Householder<T>& f, DynamicMatrix<T> b) {
   return x;
 }
 
-// A^T A x = b by R^T R, without forming the product.
+// Solves A^T A x = b by R^T R, without forming the product.
 template <class T>
 DynamicMatrix<T> normal_equations_of(const Householder<T>& f, DynamicMatrix<T> b) {
   solve_upper_transposed(f, b);

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// LU with partial pivoting by selection (Golub and Van Loan, 3.4), for any scalar: rows change places under recorded
-// conditions, so that a recording pivots anew at every point and leaves no guard.
+// LU with partial pivoting by selection (Golub and Van Loan, 3.4), for any scalar.  Rows are exchanged under
+// recorded conditions, so that every evaluation chooses its pivots, and the recording has no guard.
 //
-// Step k moves the largest entry of column k below the diagonal to the diagonal, by n - k - 1 comparisons of
-// neighbours in line, each with a swap of the rest of two rows, and then eliminates below it:
+// Step k moves the largest entry of column k, from the diagonal down, to the diagonal: n - k - 1 comparisons, each
+// with a conditional swap of the rest of two rows.  Then it eliminates the entries below:
 //
 //   A = S_0 M_0^-1 S_1 M_1^-1 ... U,   S_k a product of swaps, M_k = I - m_k e_k^T
 //
-// Multipliers m_k stay where their step has put them (as in LINPACK's dgefa): later swaps do not move them.
+// Multipliers m_k stay at the place of their step (as in LINPACK's dgefa); later swaps do not move them.
 #pragma once
 
 #include <Eigen/Core>
@@ -60,7 +60,7 @@ PivotedLu<T> pivoted_lu(const DynamicMatrix<T>& m) {
   return f;
 }
 
-// A x = b, column by column, in the place of b.
+// Solves A x = b column by column; x replaces b.
 template <class T>
 void solve_in_place(const PivotedLu<T>& f, DynamicMatrix<T>& x) {
   const auto& a = f.lu;
@@ -78,7 +78,7 @@ void solve_in_place(const PivotedLu<T>& f, DynamicMatrix<T>& x) {
   }
 }
 
-// A^T x = b: the factors transposed, the other way round.
+// Solves A^T x = b: the transposed factors in reverse order.
 template <class T>
 void solve_transposed_in_place(const PivotedLu<T>& f, DynamicMatrix<T>& x) {
   const auto& a = f.lu;
@@ -96,7 +96,7 @@ void solve_transposed_in_place(const PivotedLu<T>& f, DynamicMatrix<T>& x) {
   }
 }
 
-// By cofactors up to four rows, where it is a polynomial without a division; beyond by the pivots.
+// n <= 4: a sum of cofactors, a polynomial without division.  n > 4: the product of the pivots.
 template <class T>
 T determinant_of(const DynamicMatrix<T>& a) {
   const auto minor = [&](int i, int j, int c, int d) { return a(i, c) * a(j, d) - a(i, d) * a(j, c); };

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The functions of linear_algebra.h on recorded matrices: calls that know their derivatives (callee.h), defined in
+// The functions of linear_algebra.h on recorded matrices, as calls with given derivatives (callee.h).  Defined in
 // autodiff/matrices/.
 //
-// Values are the statements of pivoted_lu.h and householder.h, and Jacobi's loop; derivatives follow from the equations that
-// the results satisfy (Giles, Collected matrix derivative results, 2008), not from the elimination, and call the same
-// functions, so that there are derivatives of any order.  X' is the adjoint of X:
+// Values: the statements of pivoted_lu.h and householder.h, and Jacobi's loop.  Derivatives follow from the
+// equations that the results satisfy (Giles, Collected matrix derivative results, 2008), not from the elimination.
+// They call the same functions, so that derivatives of any order exist.  X' is the adjoint of X:
 //
 //   A X = B                   dX = A^-1 (dB - dA X);           B' = A^-T X', A' = -B' X^T
 //   X = A^-1                  dX = -X dA X;                    A' = -X^T X' X^T
@@ -16,7 +16,7 @@
 //   A V = V diag(l), A = A^T  dl_i = v_i^T dA v_i, dv_i = sum_j v_j (v_j^T dA v_i) / (l_i - l_j)
 //   A v_i = s_i u_i           ds_i = u_i^T dA v_i;             A' = sum_i s_i' u_i v_i^T
 //
-// Calls dissolve, so that a value and its derivatives share one factorisation; Jacobi's loop stays a call.
+// Calls dissolve, so that a value and its derivatives share a factorisation.  Jacobi's loop remains a call.
 #pragma once
 
 #include <dyntape/autodiff/record/detail/eigen_traits.h>
@@ -36,7 +36,7 @@ struct SymmetricEigen {
   Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic> vectors;  // (n x n), a column each
 };
 
-// The lower triangle is read.
+// Reads the lower triangle.
 SymmetricEigen<double> symmetric_eigen(const Eigen::MatrixXd& A);
 SymmetricEigen<AD> symmetric_eigen(const MatrixXad& A);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Sizes of arguments, and the small questions that several recursions ask.
+// Checks of argument sizes, and small functions that several recursions share.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
@@ -57,7 +57,7 @@ void check_arguments(const char* function, const Model<T>& model, const Data<T>&
   check_acting(function, model, acting);
 }
 
-// Does an armature enter at joint i?  If so, armature_at gives it.
+// Returns true if an armature acts at joint i; armature_at returns it.
 template <class T>
 DYNTAPE_INLINE bool has_armature(const Model<T>& model, const DynamicsTerms<T>& acting, int i) {
   return acting.armature && is_single(model.joints[i].type);
@@ -82,7 +82,7 @@ void place_joints(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
   }
 }
 
-// S x: what the joint itself adds to a velocity or an acceleration.
+// S x: the joint's part of a velocity or acceleration.
 template <class T>
 DYNTAPE_INLINE Motion<T> joint_motion(const Data<T>& data, const VectorRef<T>& x, int i) {
   const Tree& tree = data.tree;
@@ -93,7 +93,7 @@ DYNTAPE_INLINE Motion<T> joint_motion(const Data<T>& data, const VectorRef<T>& x
   return m;
 }
 
-// v_i x S v_i: one column crosses cheaply.
+// v_i x S v_i: for a single column computed directly.
 template <class T>
 DYNTAPE_INLINE Motion<T> bias_motion(const Data<T>& data, const VectorRef<T>& v, int i) {
   const Tree& tree = data.tree;
@@ -103,7 +103,7 @@ DYNTAPE_INLINE Motion<T> bias_motion(const Data<T>& data, const VectorRef<T>& v,
   return {c.linear * s, c.angular * s};
 }
 
-// Acceleration of the world against free fall, seen from a root body: only the rotation of the root enters.
+// Acceleration of the world relative to free fall, in a root body's frame: depends on the root's rotation only.
 template <class T>
 DYNTAPE_INLINE Motion<T> root_acceleration(const Model<T>& model, const Data<T>& data,
                                            const DynamicsTerms<T>& acting, int i) {
@@ -123,7 +123,7 @@ void move_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& v) {
   }
 }
 
-// As recursions see them: at rest where velocity products do not act, so that their terms fold away on a tape.
+// The velocities for recursions: zero if velocity products are disabled, so that their terms fold on a tape.
 template <class T>
 void move_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& v,
                  const DynamicsTerms<T>& acting) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What travels up and down a tree for every column of the motion subspace: kept quantity by quantity, `stride`
-// apart, the columns of a subtree side by side (Tree::begin, end), so that one instruction serves several.
+// Vectors that travel along a tree for every column of the motion subspace.  They are stored by quantity, `stride`
+// apart, with the columns of a subtree contiguous (Tree::begin, end), so that one instruction serves several.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/data.h>
@@ -62,7 +62,7 @@ struct SixLanes {
     return (x[0] * l.at(0) + x[1] * l.at(1) + x[2] * l.at(2)) +
            (x[3] * w.at(0) + x[4] * w.at(1) + x[5] * w.at(2));
   }
-  // Forces, seen from the parent.
+  // Forces, in the parent's frame.
   DYNTAPE_INLINE void act(const Placement<T>& X_PB) {
     const Matrix3<T>& R = X_PB.R;
     const Vector3<T>& p = X_PB.p;
@@ -72,7 +72,7 @@ struct SixLanes {
     x[4] = x[4] + (x[0] * p.at(2) - x[2] * p.at(0));
     x[5] = x[5] + (x[1] * p.at(0) - x[0] * p.at(1));
   }
-  // Motions of the parent, seen from the body.
+  // Motions of the parent, in the body's frame.
   DYNTAPE_INLINE void act_inverse(const Placement<T>& X_PB) {
     const Vector3<T>& p = X_PB.p;
     x[0] = x[0] - (x[5] * p.at(1) - x[4] * p.at(2));
@@ -90,7 +90,7 @@ struct SixLanes {
   }
 };
 
-// A (k, s) = A (s, k) = row[s] for the columns at the places [begin, end).
+// A (k, s) = A (s, k) = row[s] for the columns at the positions [begin, end).
 template <class T>
 DYNTAPE_INLINE void mirror(const Tree& tree, int k, int begin, int end, const T* row, MatrixX<T>& A) {
   const std::ptrdiff_t nv = A.rows();
@@ -143,7 +143,7 @@ DYNTAPE_INLINE void add_along_columns(const Dof& S, const T* row, T* m, std::ptr
   if (S.pitch != 0) add(m, S.pitch);
 }
 
-// Three quantities turned: x_s <- R x_s.
+// Rotates three quantities: x_s <- R x_s.
 template <class T>
 DYNTAPE_INLINE void rotate_columns(const Matrix3<T>& R, T* x, std::ptrdiff_t stride, int begin, int end) {
   over_before<T>(begin, end, [&](int s, auto lanes) {
@@ -154,7 +154,7 @@ DYNTAPE_INLINE void rotate_columns(const Matrix3<T>& R, T* x, std::ptrdiff_t str
   });
 }
 
-// Forces seen from the parent: F_s <- act(X_PB, F_s).
+// Transforms forces to the parent: F_s <- act(X_PB, F_s).
 template <class T>
 DYNTAPE_INLINE void act_columns(const Placement<T>& X_PB, T* F, std::ptrdiff_t stride, int begin, int end) {
   over_before<T>(begin, end, [&](int s, auto lanes) {
@@ -164,7 +164,7 @@ DYNTAPE_INLINE void act_columns(const Placement<T>& X_PB, T* F, std::ptrdiff_t s
   });
 }
 
-// Motions of the parent seen from the body: to_s = act_inverse(X_PB, from_s).
+// Transforms motions of the parent to the body: to_s = act_inverse(X_PB, from_s).
 template <class T>
 DYNTAPE_INLINE void act_inverse_columns(const Placement<T>& X_PB, const T* from, T* to, std::ptrdiff_t stride,
                                         int begin, int end) {

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Loops in which one instruction serves several neighbours.
+// Loops with one SIMD instruction for several neighbouring entries.
 //
 //   over<T>(begin, end, [&](int s, auto lanes) { lanes.store(y + s, lanes.load(x + s) * a); });
 //
-// Built-in floats go kLanes at a time, as many as a register holds, other scalars one by one; an entry undergoes the
-// same operations either way, so results have the same bits.  Arrays (LaneArray) begin and end on whole cache lines,
-// the same for every processor, and a loop runs over whole groups of lanes: what is written is read back in the same
-// pieces, which is what a processor likes.
-// `over` may overwrite the neighbours of [begin, end) in its first and last group; `over_before` leaves what is
-// at `end` and behind it alone.
+// Built-in floats are processed kLanes at a time, as many as a register holds, other scalars one by one.  The
+// operations on an entry are the same, so results have the same bits.  Arrays (LaneArray) begin and end on whole
+// cache lines, for all processors, and a loop runs over whole groups of lanes, so that values are loaded in the
+// pieces in which they were stored, which is fast.  `over` may overwrite the neighbours of [begin, end) in its first
+// and last group; `over_before` does not change entries from `end` on.
 #pragma once
 
 #include <dyntape/autodiff/processor.h>
@@ -24,11 +23,11 @@ namespace dyntape::dynamics::detail {
 template <class T>
 inline constexpr bool kHasLanes = std::is_same_v<T, double> || std::is_same_v<T, float>;
 
-// Entries of a cache line; arrays are made of these.
+// Entries per cache line; array sizes are multiples of this.
 template <class T>
 inline constexpr int kLine = kHasLanes<T> ? 64 / sizeof(T) : 1;
 
-// n, up to the next whole number of lines.
+// n rounded up to whole lines.
 template <class T>
 constexpr std::ptrdiff_t whole_lines(std::ptrdiff_t n) {
   return (n + kLine<T> - 1) / kLine<T> * kLine<T>;
@@ -72,7 +71,7 @@ struct FirstLanes : Lanes<T> {
   typename Lanes<T>::Indices here;
 };
 
-// The end of a loop, out of line: beside it gcc 12 keeps less of the loop in registers, and crba and
+// The end of a loop, out of line: if inlined, gcc 12 keeps less of the loop in registers, and crba and
 // id_derivatives take 1.2 to 1.5 times as long.
 template <class T, class Body>
 __attribute__((noinline)) void over_rest(int s, int end, Body& body) {
@@ -110,7 +109,7 @@ DYNTAPE_INLINE void over_before(int begin, int end, Body body) {
   }
 }
 
-// The group with its entry `at` replaced; nothing where the group has no such entry.
+// The group with its entry `at` replaced; unchanged if the group has no such entry.
 template <class T>
 DYNTAPE_INLINE typename Lanes<T>::Vector with_lane(const typename Lanes<T>::Vector& group, int at,
                                                    const T& value) {
@@ -135,7 +134,7 @@ DYNTAPE_INLINE typename Lanes<T>::Vector with_first_lanes(const typename Lanes<T
   }
 }
 
-// x[at] = value, in a piece that a group can be read back from.
+// x[at] = value, stored so that a group can be loaded efficiently.
 template <class T>
 DYNTAPE_INLINE void put_lane(T* x, int at, const T& value) {
   const Lanes<T> lanes;

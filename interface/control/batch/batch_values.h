@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the problems of a batch (ddp_batch.h) differ by, a column a problem; what is left out is the problem's own:
+// The values of the problems of a batch (ddp_batch.h), one column per problem.  Empty ones are the problem's own:
 //
 //   DdpBatchValues values{.starts = starts, .parameters = parameters};
 #pragma once

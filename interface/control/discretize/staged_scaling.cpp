@@ -2,16 +2,16 @@
 //
 // Scaling: the nominal values of variables, rows and the cost, by which solvers divide (scaled_nlp.h).
 //
-//   Betts, Practical Methods for Optimal Control, 1.16.5 and 4.8: a variable's nominal value is how far the first guess moves it,
-//   and no more than its bounds leave; it is one for all points; a defect has that of its state.
+//   Betts, Practical Methods for Optimal Control, 1.16.5 and 4.8: a variable's nominal value is its movement in the
+//   initial guess, at most the range of its bounds; one value for all points; a defect has that of its state.
 //
-//   Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices, 2001: of what the guess leaves at rest,
-//   the nominal value makes the largest entry of its column one where rows are divided by theirs; sweeps go half of the
-//   way in logarithms.  Each samples the Jacobian around the guess where it stands still, as derivatives there may be those of a cosine
-//   at its top.
+//   Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices, 2001: for variables that the
+//   guess does not move, the nominal value makes the largest entry of the column one, with rows divided by their
+//   norms; sweeps go half of the way in logarithms.  Each samples the Jacobian around a constant guess, since
+//   derivatives at the guess itself may be zero.
 //
-// Formulas multiply and compare quantities of one unit, so that other units of mass, length and time change nominal values
-// as they change the numbers.
+// Formulas multiply and compare quantities of equal units, so a change of the units of mass, length and time changes
+// nominal values like the numbers.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -35,11 +35,11 @@ constexpr double kGolden = 0.61803398874989485;  // its multiples, less whole nu
 constexpr double kUnresolved = 1e-7;  // what a solve leaves of its unit need not be more than its tolerance
 constexpr int kSweeps = 8;            // at most, until nominal values change by less than
 constexpr double kSettled = 1.5;      // this factor
-// What the cost amounts to once it is divided: its optimum is then found to 1e-10 with a tolerance of 1e-8, and
-// barrier terms, which start at 0.1, do not outweigh it.
+// The scaled size of the cost: with tolerance 1e-8 its optimum is then found to 1e-10, and barrier terms, which
+// start at 0.1, do not dominate it.
 constexpr double kCostResolution = 100;
 
-// Largest entries over some points of a Jacobian, without what is rounding beside others of its row.
+// Largest entries of a Jacobian over some points, without entries that are rounding relative to their row.
 MatrixXd largest_slopes(const Pattern& pattern, const double* nonzeros, std::size_t points) {
   MatrixXd derivatives = MatrixXd::Zero(Index(pattern.rows), Index(pattern.cols));
   for (std::size_t k = 0; k < points * pattern.nnz(); ++k) {
@@ -55,8 +55,8 @@ VectorXd row_norms(const MatrixXd& derivatives, const VectorXd& z) {
   return (derivatives * z.asDiagonal()).rowwise().maxCoeff();
 }
 
-// What makes the infinity norm of a column one, its rows divided by their norms.  Rows of norm 0 say nothing, nor do those whose
-// norm is rounding beside another's; 0: none says anything.
+// The factor that makes the infinity norm of a column one, with rows divided by their norms.  Ignores rows whose
+// norm is zero or negligible; returns 0 if all are.
 double column_scale(const Eigen::Ref<const VectorXd>& column, const VectorXd& norms) {
   VectorXd scales = (norms.array() > 0 && column.array() > 0).select(norms.cwiseQuotient(column), 0);
   const double rounding = kNegligible * scales.maxCoeff();
@@ -64,7 +64,7 @@ double column_scale(const Eigen::Ref<const VectorXd>& column, const VectorXd& no
   return std::isfinite(least) ? least : 0;
 }
 
-// Evenly over an interval as long as `reach` around a start, another point for each number.
+// Evenly over an interval of length `reach` around a start, a different point for each number.
 std::vector<double> sample(std::vector<double> start, const VectorXd& reach, int number) {
   const double first = double(std::size_t(number) * start.size());
   for (std::size_t i = 0; i < start.size(); ++i)
@@ -72,7 +72,7 @@ std::vector<double> sample(std::vector<double> start, const VectorXd& reach, int
   return start;
 }
 
-// The first variable that rows add up, or none.
+// The first variable in the sums of rows, or none.
 std::optional<std::size_t> variable_of(const StagedProgram& program, const RowBlock& block) {
   for (std::size_t t = block.first_term; t < block.last_term; ++t) {
     if (program.terms[t].evaluator == LinearTerm::kVariables) return program.terms[t].first;
@@ -93,11 +93,12 @@ class PhaseScaling {
   PhaseScaling(StagedNlp& nlp, std::size_t k, const std::vector<double>& at)
       : nlp_(nlp), k_(k), phase_(nlp.phase(k)), problem_(phase_.problem), x_(at) {}
 
-  // Into its places of `all`; false where nothing can be evaluated at the start and nothing is known of before.
+  // Writes into its part of `all`; returns false if nothing can be evaluated at the start and there are no previous
+  // values.
   bool add_to(NlpScaling& all, const NlpScaling& before);
 
  private:
-  // Of the node's rows, its rates first, then of those of instants, at what was evaluated last.
+  // Of the node's rows, rates first, then of those of instants, for the last evaluation.
   struct Linearisation {
     MatrixXd derivatives;    // (rows x n_z) the largest |entries| of the Jacobian over the points
     VectorXd lacks, values;  // by how much rows lie outside their bounds, and |values|, at most
@@ -168,8 +169,8 @@ PhaseScaling::Linearisation PhaseScaling::linearisation() const {
   return at;
 }
 
-// Nominal values that are not known (0), from those that are and from what rows lack: states that other states move, then
-// accelerations and controls, then states that these move.
+// Fills unknown nominal values (0) from known ones and from residuals of rows: states moved by other states, then
+// accelerations and controls, then states moved by these.
 VectorXd PhaseScaling::completed(VectorXd z, const Linearisation& at) const {
   const Index n_x = Index(phase_.n_x), n_z = Index(phase_.n_z), n_u = n_z - n_x;
   MatrixXd derivatives = at.derivatives;
@@ -194,7 +195,8 @@ VectorXd PhaseScaling::completed(VectorXd z, const Linearisation& at) const {
   return z;
 }
 
-// Sums over the points of the cost's derivatives by entries of z, and of what a displacement of all points changes them by.
+// Sums over the points of the cost's derivatives by entries of z, and of their changes for a displacement of all
+// points.
 std::pair<VectorXd, VectorXd> PhaseScaling::cost_slopes(const std::vector<double>& start,
                                                         const VectorXd& displacement) {
   std::vector<double> here(phase_.variables()), there(phase_.variables()), moved = start;
@@ -209,8 +211,8 @@ std::pair<VectorXd, VectorXd> PhaseScaling::cost_slopes(const std::vector<double
   return sums;
 }
 
-// How far the cost alone would move an entry: its slope over its curvature, 0 where that says nothing.  The second
-// look is from a displacement in the entry's own unit.
+// How far the cost alone would move an entry: its gradient over its curvature, or 0.  The second evaluation is at a
+// displacement in the entry's own unit.
 double PhaseScaling::newton_step(const std::vector<double>& start, Index entry) {
   double step = 1;
   for (int look = 0; look < 2; ++look) {
@@ -222,7 +224,7 @@ double PhaseScaling::newton_step(const std::vector<double>& start, Index entry) 
   return step;
 }
 
-// How far the guess moves states, where nothing better is known of them; 0: they stand still.
+// The movement of states in the guess, if nothing better is known; 0: constant.
 VectorXd PhaseScaling::extents(const std::vector<double>& start) const {
   const Eigen::Map<const MatrixXd> values(start.data(), Index(phase_.n_z), Index(phase_.points));
   VectorXd extent = values.rowwise().maxCoeff() - values.rowwise().minCoeff();
@@ -241,14 +243,14 @@ VectorXd PhaseScaling::nominal_values(const std::vector<double>& start, Linearis
   VectorXd given =
       values.middleCols(Index(phase_.first_used), Index(phase_.used)).cwiseAbs().rowwise().maxCoeff();
   given.head(n_x).setZero();
-  // Forces that balance but for rounding, as those of a symmetric arm, tell nothing.
+  // Forces that balance up to rounding, as in a symmetric arm, give no information.
   given = (given.array() < kRounding * given.maxCoeff()).select(0, given);
-  // What a row lacks by rounding, beside what it then amounts to, moves nothing.
+  // Residuals that are rounding relative to the row's size are ignored.
   const VectorXd norms = row_norms(at.derivatives, completed(extent, at).cwiseMax(given));
   at.lacks = (at.lacks.array() < kNegligible * norms.array()).select(0, at.lacks);
   VectorXd z = completed(extent, at);
-  // A state that moves by rounding alone is moved by what its rate is made of.  Once: a stiff spring moves a speed that moves
-  // the spring.
+  // A state that moves by rounding only is scaled by the terms of its rate.  Once only: a stiff spring moves a speed
+  // that moves the spring.
   RowFlags replaced = RowFlags::Constant(n_x, false);
   for (Index sweep = 0; sweep < n_x; ++sweep) {
     const VectorXd moved = problem_.duration / kPace * row_norms(at.derivatives.topRows(n_x), z);
@@ -262,7 +264,7 @@ VectorXd PhaseScaling::nominal_values(const std::vector<double>& start, Linearis
   }
   z = completed(z, at);
 
-  // Nothing is larger than its bounds leave room for; what nothing tells takes that room, or 1.
+  // At most the range of the bounds; without information this range, or 1.
   VectorXd lower(n_z), upper(n_z);
   lower << problem_.x.lower, problem_.a.lower, problem_.u.lower;
   upper << problem_.x.upper, problem_.a.upper, problem_.u.upper;
@@ -288,7 +290,7 @@ bool PhaseScaling::add_to(NlpScaling& all, const NlpScaling& before) {
   const RowFlags equations = here.equations();
   Linearisation around = here;
   VectorXd z = nominal_values(at, here);
-  // States that only what rows lack moves, or the cost, and the rows that are then to change.
+  // States that only residuals of rows, or the cost, move; and the rows that change as a result.
   Linearisation met = here;
   met.lacks.setZero();
   RowFlags still = completed(extents(at), met).array() == 0;
@@ -297,7 +299,7 @@ bool PhaseScaling::add_to(NlpScaling& all, const NlpScaling& before) {
   for (int sweep = 0; sweep < kSweeps && !settled; ++sweep) {
     if (!evaluate_first(sample(at, still.select(z, 0), sweep))) continue;
     MatrixXd there = linearisation().derivatives;
-    // What moves a state by rounding beside the change that its own nominal value is: forces that cancel.
+    // Movement of a state by rounding, relative to its own nominal value: forces that cancel.
     for (Index i = 0; i < n_x; ++i) {
       auto row = there.row(i).array();
       const double own = kPace / problem_.duration * z[i];
@@ -314,13 +316,13 @@ bool PhaseScaling::add_to(NlpScaling& all, const NlpScaling& before) {
     const VectorXd last = Eigen::Map<const VectorXd>(before.x.data() + phase_.variable, z.size());
     z = (z.array() < kUnresolved * last.array()).select(last, z);
   }
-  // Of the cost, from its derivatives at the start and a little beside it: a least-squares cost may start at its least.
+  // Of the cost, from its derivatives at the start and near it: a least-squares cost may start at its minimum.
   const auto [slope, bend] = cost_slopes(at, kDisplacement * z);
   const double cost = slope.cwiseMax(bend / (2 * kDisplacement)).cwiseProduct(z).maxCoeff();
   if (phase_.cost < nlp_.program_.end_of_costs(k_) && has_costs(problem_))
     all.objective += cost > 0 && std::isfinite(cost) ? cost / kCostResolution : 1;
-  // Of rows their norms, else the room between their bounds, else 1.  A row whose norm is rounding beside its value is constant:
-  // the distance of two bodies that no joint moves.
+  // Of rows their norms, else the range of their bounds, else 1.  A row whose norm is rounding relative to its value
+  // is constant, e.g. the distance of two bodies without a joint between them.
   VectorXd norms = row_norms(around.derivatives, z);
   for (Index i = 0; i < norms.size(); ++i) {
     if (norms[i] > kRounding * here.values[i]) continue;
@@ -340,7 +342,7 @@ bool PhaseScaling::add_to(NlpScaling& all, const NlpScaling& before) {
   return true;
 }
 
-// Costs of phases add up.  Rows that add up variables are as large as these.
+// Sums the costs of phases.  Rows that are sums of variables have the size of these.
 NlpScaling StagedNlp::scaling(const std::vector<double>& at, const NlpScaling& before) {
   NlpScaling all{0, std::vector<double>(shape().n()), std::vector<double>(shape().m())};
   forget();

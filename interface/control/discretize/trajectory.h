@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A motion at the points of a mesh.
+// A trajectory at the points of a mesh, with the scheme's interpolation of the controls.
 //
 //   const Trajectory motion = collocation.trajectory(solution.x);
 //   motion.x.col(k)        // state at time motion.t[k]
@@ -22,13 +22,12 @@ struct Trajectory {
   Eigen::MatrixXd a;  // (n_a x points)
   Eigen::MatrixXd u;  // (n_u x points)
   Scheme scheme;
-  // Limits of the controls between points, (n_u) or empty.  They hold by construction: a polynomial through points at a
-  // limit would pass it between them, as at each switch of a control that goes from one limit to the other.
+  // Limits of the controls between points, (n_u) or empty.  Values between points are clamped to them: a polynomial
+  // through points at a limit would exceed the limit, e.g. where a control switches from one limit to the other.
   Eigen::VectorXd u_lower = {}, u_upper = {};
 
-  // Sets them to these bounds.  A part kSlack of a control's range, or of how far it moves, is left to the polynomials: a control
-  // that comes to a limit smoothly passes it by less, and cutting that off costs more of what the scheme knows of the motion
-  // than it gains.
+  // Sets these limits, widened by the fraction kSlack of a control's range or movement.  A control that reaches a
+  // limit smoothly exceeds it by less; clamping it there would lose more accuracy than it gains.
   void limit_controls(const Eigen::VectorXd& lower, const Eigen::VectorXd& upper) {
     constexpr double kSlack = 9e-4;
     u_lower = lower, u_upper = upper;
@@ -42,13 +41,13 @@ struct Trajectory {
   int points() const { return static_cast<int>(t.size()); }
   int intervals() const { return (points() - 1) / (scheme.points() - 1); }
   int node(int interval) const { return interval * (scheme.points() - 1); }
-  std::vector<double> nodes() const {  // their times, s
+  std::vector<double> nodes() const {  // times of the nodes, s
     std::vector<double> times;
     for (int k = 0; k <= intervals(); ++k) times.push_back(t[node(k)]);
     return times;
   }
 
-  // The control at a fraction (0..1) of an interval, as the scheme interpolates it, within its limits.
+  // The control at a fraction (0..1) of an interval: the scheme's interpolation, clamped to the limits.
   Eigen::VectorXd control(int interval, double fraction) const {
     Eigen::VectorXd value = u.middleCols(node(interval), scheme.points()) * scheme.control_weights(fraction);
     if (u_lower.size() > 0) value = value.cwiseMax(u_lower).cwiseMin(u_upper);
@@ -58,8 +57,8 @@ struct Trajectory {
     return a.middleCols(node(interval), scheme.points()) * scheme.control_weights(fraction);
   }
 
-  // Gives the first and the last point, where the scheme does not use them, the controls and accelerations that the motion
-  // has there.
+  // Sets controls and accelerations of the first and the last point from the motion, if the scheme does not use
+  // these points.
   void extend_to_unused() {
     const auto give = [&](int point, int interval, double fraction) {
       u.col(point) = control(interval, fraction).eval(),

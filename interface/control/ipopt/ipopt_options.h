@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What Ipopt is asked for, and how that gets into an application of Ipopt.
+// Options for Ipopt, and their transfer to an Ipopt application.
 //
-// An option by Ipopt's name must be registered, of its type and within its range, and of no kind that names
-// files, prints, or needs what solve_with_ipopt does not have; ArgumentError otherwise.
+// An option by Ipopt's name must be registered, of the right type and in its range.  It must not name files, print,
+// or need functions that solve_with_ipopt does not have.  Otherwise ArgumentError.
 #pragma once
 
 #include <string>
@@ -16,11 +16,11 @@ class IpoptApplication;
 
 namespace dyntape {
 
-// ArgumentError unless Ipopt takes this option, with this value.
+// Throws ArgumentError unless Ipopt accepts this option with this value.
 void check_ipopt_option(const std::string& name, const std::string& value);
 
 namespace detail {
-// `barrier`: with which it goes on from multipliers of an earlier solve; 0: it begins anew.
+// `barrier`: the barrier parameter for a warm start with multipliers; 0: a cold start.
 void configure(Ipopt::IpoptApplication& application, const SolverOptions& options, double barrier);
 }  // namespace detail
 

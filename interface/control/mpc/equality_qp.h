@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A step of sequential quadratic programming of a program whose rows are equations and whose variables are free or held: one
-// linear system, stage by stage.
+// One step of sequential quadratic programming for a program with equalities only: one linear system, solved by
+// stages.
 //
 //   QpSubproblem model(nlp);
 //   if (EqualityQp::fits(nlp.shape())) ...
 //   EqualityQp qp(model);
 //   if (model.expand(x, lambda)) NlpSolution next = qp.solve();              // x + dx, and the multipliers there
 //
-//   H dx + J^T lambda = - grad f,     J dx = - (g - what g is to be)
+//   H dx + J^T lambda = - grad f,     J dx = - (g - bound of g)
 //
-// Where limits are soft (penalties.h: RelaxedBarrier), that is the whole real-time iteration: its time is the same each step,
-// near limits and far from them.
+// With soft limits (penalties.h: RelaxedBarrier) this is the whole real-time iteration.  Its time is constant, near
+// limits and far from them.
 //
-// Where H has no minimum on the rows the status is "step failed", and the point stays.
+// If H has no minimum on the rows, the status is "step failed" and the point does not change.
 #pragma once
 
 #include <dyntape/interface/control/mpc/qp_subproblem.h>
@@ -28,9 +28,9 @@ class EqualityQp {
 
   explicit EqualityQp(QpSubproblem& model);
 
-  NlpSolution solve();  // from the point that the model is of
+  NlpSolution solve();  // from the point of the model
 
-  // As StructuredInteriorPoint's, of the last step.
+  // Like StructuredInteriorPoint::derivatives, for the last step.
   Eigen::MatrixXd derivatives(const std::vector<std::size_t>& held);
 
  private:

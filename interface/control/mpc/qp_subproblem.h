@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A program as it looks from one point: its cost to second order, its rows to first.
+// The quadratic model of a program at a point: its cost to second order, its rows to first.
 //
 //   QpSubproblem model(nlp);
-//   if (model.expand(x, lambda)) s = StructuredInteriorPoint(model).solve(...)        // one step of sequential quadratic programming
+//   if (model.expand(x, lambda)) s = StructuredInteriorPoint(model).solve(...)        // one SQP step
 //
 //   f + grad f.(x - x_0) + 1/2 (x - x_0).H (x - x_0),    g + J (x - x_0),    H that of f + lambda.g at x_0
 //
-// Variables, bounds and patterns are the program's own.
+// Variables, bounds and patterns are those of the program.
 #pragma once
 
 #include <dyntape/interface/control/nlp/nlp.h>
@@ -18,14 +18,14 @@ class QpSubproblem : public Nlp {
  public:
   explicit QpSubproblem(Nlp& nlp);
 
-  // False where the program has no finite values or derivatives at x (n), with lambda (m).
+  // Returns false if the program has no finite values or derivatives at x (n), with lambda (m).
   bool expand(const std::vector<double>& x, const std::vector<double>& lambda);
-  const std::vector<double>& x() const { return x_; }  // of the point, and what the program is there
+  const std::vector<double>& x() const { return x_; }  // the point, and the program's values there
   const std::vector<double>& g() const { return g_; }
   const std::vector<double>& gradient() const { return gradient_; }
   const std::vector<double>& jacobian() const { return jacobian_; }
   const std::vector<double>& hessian() const { return hessian_; }
-  // Where the program's bounds have changed.
+  // Call it after the program's bounds have changed.
   void take_bounds();
 
   const NlpShape& shape() const override { return shape_; }

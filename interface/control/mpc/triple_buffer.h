@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The latest value that one thread gives and another one takes: neither ever waits for the other.
+// Passes the latest value from one thread to another; neither thread waits.
 //
 //   TripleBuffer<Plan> latest;
-//   latest.write() = plan, latest.publish();              // one thread, as often as it likes
-//   if (latest.take()) use(latest.read());                // another one: what was published last; false: nothing new
+//   latest.write() = plan, latest.publish();              // in one thread, at any rate
+//   if (latest.take()) use(latest.read());          // in another thread; false: nothing new
 //
-// Three values: one that is written, one that is read, and one between, which changes hands by an atomic exchange.
+// Three values: one being written, one being read, and one that is exchanged atomically.
 #pragma once
 
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a solve that is stopped ends with: of the points that it went to, the one that violates the constraints least; of those
-// that violate them by less than 1e-6 of their nominal values, the one of the least cost.
+// The result of a solve that is stopped: the visited point with the least constraint violation; among points below
+// 1e-6 of the nominal values, the one with the least cost.
 #pragma once
 
 #include <algorithm>

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// By how much a solver widens a bound before it begins (SolverOptions::bound_relaxation), so that there is room on both sides:
+// The widening of a bound before a solve (SolverOptions::bound_relaxation), so that the bounds have an interior:
 //
 //   const double lower = bound - widening(relaxation, bound);
 //
-// Bounds are in units in which a variable's nominal value is one, as verified violations are.  A bound can be hundreds of times that, of
-// a joint that the first guess hardly moves; a part of it would then be more than the verification allows.
+// Bounds are in units in which a variable's nominal value is one, like verified violations.  A bound can be hundreds
+// of units, e.g. for a joint that the initial guess hardly moves.  A fraction of such a bound would exceed the
+// verification's tolerance.
 #pragma once
 
 #include <algorithm>

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A program some of whose equalities tie stages that are no neighbours, as one where neighbours alone are tied: what such a row
-// knows of earlier stages is carried to its last one by copies, one a stage, each equal to the one before.
+// Rewrites a program whose equalities couple distant stages so that only neighbours are coupled.  Copies of the
+// variables, one per stage, each equal to the previous, carry their values to the last stage of such a row.
 //
 //   LiftedNlp carried(nlp, start);                                      // LiftedNlp::is_needed(nlp.shape())
 //   NlpSolution s = carried.in_own_variables(StructuredInteriorPoint(carried).solve(carried.start(start), options));
 //
-// A motion that ends as it began is one: x(0) = change(x(T)).  Its stages have twice as many states then, and the solve is
-// linear in the number of stages still.
+// Example: a periodic motion, x(0) = change(x(T)).  Its stages then have twice as many states, and the solve is
+// still linear in the number of stages.
 //
-// Such rows are linear in what is carried, as NlpShape::stages says: with the derivatives J of the start,
+// Such rows are linear in the carried variables, as NlpShape::stages requires: with the derivatives J of the start,
 //   g(x, copy) = g(x) + J (copy - x)
-// and copies have neither costs nor curvature.  Variables of a stage are its own, then its copies; rows are those of the
-// program, then the ones of copies.
+// Copies have neither cost nor curvature.  Variables of a stage are its own, then its copies; rows are the
+// program's, then those of the copies.
 #pragma once
 
 #include <dyntape/interface/control/nlp/solution.h>
@@ -27,7 +27,7 @@ class LiftedNlp : public Nlp {
 
   std::vector<double> start(const std::vector<double>& own) const;
   NlpSolution in_own_variables(NlpSolution solution) const;
-  std::size_t place_of(std::size_t own) const { return at_[own]; }  // of a variable of the program
+  std::size_t place_of(std::size_t own) const { return at_[own]; }  // index of a variable of the program
 
   const NlpShape& shape() const override { return shape_; }
   bool objective(const double* x, double& value) override;
@@ -41,10 +41,10 @@ class LiftedNlp : public Nlp {
  private:
   struct Copy {
     std::size_t of, before,
-        at;  // variable of the program; the copy of the stage before, or itself; where this one is
+        at;  // variable of the program; index of the previous copy, or of the variable; index of this copy
   };
   struct Carried {
-    std::size_t row, of, at;  // what a row takes from a copy in place of a variable of the program
+    std::size_t row, of, at;  // a row, the variable, and the copy that replaces it
     double slope;
   };
 
@@ -53,7 +53,7 @@ class LiftedNlp : public Nlp {
 
   Nlp& nlp_;
   NlpShape shape_;
-  std::vector<std::size_t> at_;  // (n) where the program's variables are
+  std::vector<std::size_t> at_;  // (n) indices of the program's variables
   std::vector<Copy> copies_;
   std::vector<Carried> carried_;
   std::vector<double> x_, gradient_;

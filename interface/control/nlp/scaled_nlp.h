@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A program in units in which its numbers are near one, whatever units it is written in.
+// A nonlinear program scaled by nominal values, so that its numbers are near one in any units.
 //
 //   ScaledNlp scaled(problem, problem.scaling(start));
 //   NlpSolution s = scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start)));
 //
-// Variables, constraints and the objective are divided by their nominal values, which are rounded to powers of two:
-// no digit changes.  With y = x / s, h = g / r, F = f / c:
+// Variables, constraints and objective are divided by their nominal values, rounded to powers of two, so no digit
+// changes.  With y = x / s, h = g / r, F = f / c:
 //   dF/dy = (s / c) df/dx,   dh/dy = (s / r) dg/dx,   lambda_g = (c / r) lambda_h,   price_x = (c / s) price_y
 #pragma once
 
@@ -16,10 +16,10 @@ namespace dyntape {
 
 class ScaledNlp : public Nlp {
  public:
-  // Empty nominal values are ones.  ArgumentError for a wrong size and for what is not positive and finite.
+  // Empty nominal values mean ones.  ArgumentError for a wrong size, or values that are not positive and finite.
   ScaledNlp(Nlp& nlp, NlpScaling scaling);
 
-  // Where the program's bounds have changed.
+  // Call it after the program's bounds have changed.
   void take_bounds();
 
   std::vector<double> in_scaled_units(const std::vector<double>& x) const;
@@ -43,8 +43,8 @@ class ScaledNlp : public Nlp {
   Nlp& nlp_;
   NlpScaling scale_;
   NlpShape shape_;
-  std::vector<double> of_gradient_, of_jacobian_, of_hessian_;  // what non-zeros are multiplied with
-  std::vector<double> x_, lambda_;                              // in the program's own units
+  std::vector<double> of_gradient_, of_jacobian_, of_hessian_;  // factors of the non-zeros
+  std::vector<double> x_, lambda_;                              // in the program's units
 };
 
 }  // namespace dyntape

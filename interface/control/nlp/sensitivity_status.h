@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the derivatives of a solution are worth (sensitivity/solution_sensitivities.h, solve/ddp_sensitivities.h):
+// The validity of the derivatives of a solution (sensitivity/solution_sensitivities.h, solve/ddp_sensitivities.h):
 //
 //   if (s.status != SensitivityStatus::kGood) std::cerr << to_string(s.status) << "\n";
 #pragma once

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Whether a solve has found a motion whose cost hardly changes any more.
+// Detects that the cost of a solve hardly changes any more, to end solves on meshes that will be refined.
 //
 //   Settling settling;
 //   if (settling.note(record)) return SolveStatus::kSettled;
 //
-// A solve has settled when, over 15 iterations, the violation is at most 1e-3 nominal values and the objective moves by at most 1e-3 of
-// its size.  Where Newton's method converges quadratically, the solve ends before that.
+// Criterion: over 15 iterations the violation is at most 1e-3 nominal values and the objective changes by at most
+// 1e-3 of its size.  A solve with quadratic convergence ends before that.
 #pragma once
 
 #include <algorithm>

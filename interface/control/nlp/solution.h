@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What comes of a nonlinear program: a point, its multipliers, how the solve ended and what it took.
+// The solution of a nonlinear program: point, multipliers, status, log and times.
 //
 //   if (s.status == SolveStatus::kSolved) use(s.x, s.objective);
 #pragma once
@@ -15,11 +15,11 @@ namespace dyntape {
 
 enum class NlpMethod {
   kIpopt,    // Ipopt and a general sparse solver (ipopt.h)
-  kRiccati,  // our own, from stage to stage (interior_point.h)
+  kRiccati,  // the stage-wise method of dyntape (interior_point.h)
 };
 inline const char* to_string(NlpMethod m) { return m == NlpMethod::kIpopt ? "ipopt" : "riccati"; }
 
-// One iteration of the solver's log.
+// One line of the solver's log.
 struct IterationRecord {
   int iteration;
   double objective, primal_infeasibility, dual_infeasibility;
@@ -28,37 +28,38 @@ struct IterationRecord {
   bool restoration;
 };
 
-// Seconds of wall time (`processor`: of all threads together), and how often each was asked for.
+// Seconds of wall time (`processor`: of all threads together), and the number of evaluations.
 struct SolveTimes {
   double total = 0, processor = 0, functions = 0, jacobian = 0, hessian = 0;
   int function_calls = 0, jacobian_calls = 0, hessian_calls = 0;
-  double solver() const { return total - functions - jacobian - hessian; }  // linear algebra and the rest
+  double solver() const { return total - functions - jacobian - hessian; }  // linear algebra and all else
 };
 
 // Whether a stationary point is a minimum (second_order.h).
 enum class StationaryPoint { kUnknown, kMinimum, kNotMinimum };
 
-// One start of one method.  A solve has several if the first gets stuck, or ends at a saddle point.
+// One start of one method.  A solve has several if the first fails or ends at a saddle point.
 struct SolveAttempt {
   NlpMethod method;
   std::string start;  // "the guess", "beside a saddle point"
   int iterations;
   SolveStatus status;
-  double objective;  // where it ended
+  double objective;  // final value
 };
 
 struct NlpSolution {
   SolveStatus status = SolveStatus::kSolverError;
   double objective = 0;
   std::vector<double> x;                                   // (n)
-  std::vector<double> g, lambda;                           // (m): lambda > 0 pulls g down to its upper bound
+  std::vector<double> g, lambda;                           // (m): lambda > 0 if g is at its upper bound
   std::vector<double> lower_multiplier, upper_multiplier;  // (n): >= 0, multipliers of x_lower and x_upper
   std::vector<IterationRecord> log;                        // iteration 0 is the start
-  NlpScaling units;                                        // what was divided by in the last round
+  NlpScaling units;                                        // nominal values of the last round
   SolveTimes times;
-  std::vector<SolveAttempt> attempts = {};  // in their order; iterations() is their sum
-  bool is_by_other_method = false;          // than asked for, which got stuck (solver_options.h)
-  StationaryPoint stationary_point = StationaryPoint::kUnknown;  // of what is solved or acceptable
+  std::vector<SolveAttempt> attempts = {};  // in order; iterations() is their sum
+  bool is_by_other_method =
+      false;  // true: the requested method failed, the other one found this (solver_options.h)
+  StationaryPoint stationary_point = StationaryPoint::kUnknown;  // if solved or acceptable
 
   int iterations() const { return log.empty() ? 0 : log.back().iteration; }
 };

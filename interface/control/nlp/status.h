@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How a solve ended.  Only kSolved is success.
+// The status of a finished solve.  Only kSolved is success.
 //
 //   if (solution.status != SolveStatus::kSolved) std::cerr << describe(solution.status) << "\n";
 #pragma once
@@ -8,9 +8,9 @@
 namespace dyntape {
 
 enum class SolveStatus {
-  kSolved,             // first-order optimality to the tolerance that was asked for
+  kSolved,             // first-order optimality to the requested tolerance
   kAcceptable,         // stalled above that tolerance, within the solver's looser acceptable one
-  kSettled,            // stopped as asked where the cost hardly changed any more (settling.h)
+  kSettled,            // stopped early as requested: the cost hardly changed (settling.h)
   kLocallyInfeasible,  // a point where the constraint violation is *locally* least; feasible ones may exist
   kIterationLimit,     // stopped by the limit on iterations
   kTimeLimit,          // stopped by the limit on time
@@ -22,12 +22,12 @@ enum class SolveStatus {
   kNotFinite,          // the problem's functions gave no finite number where one was needed
   kStopped,            // the caller asked to stop
   kBadOption,          // the solver refuses an option or a bound
-  kSolverError,        // the solver gave up for a reason of its own (memory, internal error)
+  kSolverError,        // another failure of the solver (memory, internal error)
 };
 
 const char* to_string(SolveStatus status);  // "solved", "locally infeasible", ...: for reports and scripts
-const char* describe(SolveStatus status);   // one sentence for people
-// Whether it ended where it could not go on, which says more of the method than of the program.
+const char* describe(SolveStatus status);   // one sentence
+// Returns true if the method failed, which says more about the method than about the program.
 bool is_stuck(SolveStatus status);
 
 }  // namespace dyntape

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The larger of two measures of error, and NaN where either is: std::max(0.0, NaN) is 0, so that what cannot be
-// judged would look flawless.
+// The larger of two errors; NaN if either is NaN.  std::max(0.0, NaN) is 0, so an unknown error would look like
+// none.
 //
 //   worst(worst(0.0, a), b)
 #pragma once

@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A problem whose rate is what steps make of the state, the controls held: Euler's collocation of it is multiple shooting.
+// Replaces the dynamics of a problem by integration steps with constant controls.  Euler collocation of the result
+// is multiple shooting.
 //
 //   const Problem q = multiple_shooting(p, ShootingScheme::kRungeKutta4, 2, interval_lengths(nodes));
 //
-//   rate             (Phi(t, x, u) - x) / h, Phi so many steps of length h / steps one after another
-//   running costs    1/h int L dt by the same steps; of squares the residuals whose squares add up to that
-//   other terms      as they are, at the beginning of an interval
-//   parameters       those of p first, whose handles hold; the interval's length h; those of p at the middle and the end of
-//                    each step, but not beyond the end of the problem
+//   rate             (Phi(t, x, u) - x) / h, with Phi a sequence of steps of length h / steps
+//   running costs    1/h int L dt by the same steps; for squares the residuals whose squares add up to it
+//   other terms      unchanged, at the beginning of an interval
+//   parameters       those of p first, whose handles stay valid; the interval's length h; those of p at the middle
+//                    and the end of each step, but not after the end of the problem
 //
-//   kRungeKutta4     the classical scheme of (x, int L), fourth order
-//   kEuler           x' = x + h f(x, u), int L = h L(x, u), first order; of the parameters those at the beginning.  States that
-//                    the problem says are positions move by the new velocities: semi-implicit, which keeps energies.  Accelerations
-//                    of the inverse form hold over the interval: one step, its equations at the beginning
+//   kRungeKutta4     the classical scheme for (x, int L), fourth order
+//   kEuler           x' = x + h f(x, u), int L = h L(x, u), first order; parameters at the beginning.  States
+//                    declared as positions move by the new velocities (semi-implicit).  In the inverse form
+//                    accelerations are constant over the interval: one step, with its equations at the beginning
 //
-// ArgumentError, when the rate is asked for, unless it has one entry a state; for the inverse form, whose rate is no function
+// Errors.  ArgumentError: when the rate is evaluated, unless it has one entry per state; the inverse form with
+// anything except one kEuler step; less than one step.
 // of states and controls, but of one kEuler step; for less than one step.
 #pragma once
 
@@ -28,7 +30,7 @@ namespace dyntape {
 
 enum class ShootingScheme { kRungeKutta4, kEuler };
 
-// How long the interval is that begins at a time (s).
+// The length of the interval that begins at a time (s).
 using IntervalLength = std::function<double(double t)>;
 IntervalLength interval_lengths(std::vector<double> nodes);
 

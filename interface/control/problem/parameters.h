@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Numbers that terms and dynamics read and that change without recording or compiling again: a target, a load.
+// Parameters: numbers in terms and dynamics that change without recording or compiling again, e.g. a target or a
+// load.
 //
 //   Parameters parameters;
 //   const Parameter load = parameters.add("load", 2.0);                                    // kg
@@ -10,19 +11,19 @@
 //   const Parameter target = p.parameters.add("target", Eigen::Vector2d(1, 0));            // "target[0]", "target[1]"
 //   p.add(running_squares("gap", [target](const auto& s) { return (s.x - target(s)).eval(); }));
 //
-//   StagedNlp nlp = discretize(p, mesh);                                                              // recorded, compiled
+//   StagedNlp nlp = discretize(p, mesh);                                                   // records, compiles
 //   Parameters now = p.parameters;
 //   now.set("target", Eigen::Vector2d(2, 0));
-//   nlp.set_parameters(now);                                                               // nothing is made anew
+//   nlp.set_parameters(now);                                                               // no recording
 //
-// A value is constant, or a function of time: of a reference, asked at every point of a mesh.
+// A value is constant, or a function of time, which is evaluated at every point of the mesh:
 //   p.parameters.add("reference", [](double t) { return Eigen::VectorXd::Constant(1, std::sin(t)); });
 //
-// add() answers with a handle (Parameter): of a stage, of any scalar, it is the vector of that parameter's entries.  It
-// holds for the list that it came from and for its copies.
+// add() returns a handle (Parameter).  Applied to a stage of any scalar, it returns the vector of that parameter's
+// entries.  It is valid for its list and for copies of the list.
 //
-// Errors: ArgumentError for a name that is empty, taken or (with the nearest valid one) unknown, for a value of another
-// size than the first one, for a matrix and an empty function, for what is not finite, at which time.
+// Errors.  ArgumentError: a name that is empty, taken or unknown (with the nearest), a value of another size than
+// the first one, a matrix, an empty function, a value that is not finite (with its time).
 #pragma once
 
 #include <functional>
@@ -33,7 +34,7 @@
 
 namespace dyntape {
 
-// "gap[1]" of a vector, "gap" of a scalar.
+// "gap[1]" for a vector, "gap" for a scalar.
 std::string entry_name(const std::string& name, Eigen::Index i, Eigen::Index size);
 
 class Parameter {
@@ -43,7 +44,7 @@ class Parameter {
     require(stage.p.size());
     return stage.p.segment(first_, size_);
   }
-  Eigen::Index first() const { return first_; }  // of Stage::p
+  Eigen::Index first() const { return first_; }  // index in Stage::p
   Eigen::Index size() const { return size_; }
 
  private:
@@ -54,7 +55,7 @@ class Parameter {
   Eigen::Index first_, size_;
 };
 
-// A number, a vector, or a function of time that gives a vector of one size.
+// A number, a vector, or a function of time with a vector of constant size.
 struct ParameterValue {
   using OfTime = std::function<Eigen::VectorXd(double t)>;
 
@@ -72,12 +73,12 @@ struct ParameterValue {
       ParameterValue(F value)  // NOLINT
       : of_time(std::move(value)), constant(at_zero(of_time)) {}
 
-  OfTime of_time;  // empty: the constant
+  OfTime of_time;  // empty: constant
   Eigen::VectorXd constant;
 
  private:
   static void require_vector(Eigen::Index rows, Eigen::Index cols);  // ArgumentError
-  static Eigen::VectorXd at_zero(const OfTime& of_time);             // ArgumentError where it is empty
+  static Eigen::VectorXd at_zero(const OfTime& of_time);             // ArgumentError if empty
 };
 
 class Parameters {
@@ -89,8 +90,8 @@ class Parameters {
   Eigen::Index size() const { return size_; }    // of all entries
   std::vector<std::string> entry_names() const;  // "load", "target[0]", "target[1]"
   Eigen::VectorXd at(double t) const;            // (size()) values at a time (s)
-  std::string first_of_time() const;             // the first that varies with time; "": none does
-  Parameters later(double by) const;             // the same, asked `by` (s) later
+  std::string first_of_time() const;             // the first parameter that varies with time, or ""
+  Parameters later(double by) const;             // the same with times shifted by `by` (s)
 
   // ArgumentError unless `other` has the same names and sizes in the same order.
   void check_same(const Parameters& other) const;

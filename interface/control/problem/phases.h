@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A motion in phases: problems one after another, each with dynamics, terms, limits and a duration of its own, and what
-// becomes of the state between them.
+// A motion in phases: a sequence of problems, each with its own dynamics, terms, limits and duration, and links
+// between their states.  Use it if the dynamics change during the motion, e.g. with contacts.
 //
 //   Phases jump("jump");
 //   jump.add("push-off", stance);                             // Problem: start given, goal free
-//   jump.add("flight", flight);                               // begins in the state in which the push-off ends
-//   jump.add("landing", landing, [](const auto& s) { return impact(s.x); });    // begins in impact(state of before)
+//   jump.add("flight", flight);                               // starts at the final state of the push-off
+//   jump.add("landing", landing, [](const auto& s) { return impact(s.x); });    // starts at impact(final state)
 //   Solution s = optimise(jump, ...);                         // optimise.h
 //
-// A link is a function of the stage (stage.h) at the end of the phase before: its state and parameters, at the time that the
-// problem calls its duration (of a free one the first guess), without accelerations and controls.  It gives the first state of the next phase (n_x of that one); without a link both are the same,
-// and are to have as many entries.  jump.close(link) makes the first phase begin where the last one ends, so that the motion
-// can go on for ever.
+// A link is a function of the stage (stage.h) at the end of the previous phase: its state and parameters, at the
+// time `duration` (the initial value if free), without accelerations and controls.  It returns the first state of
+// the next phase (its n_x entries).  Without a link both states are equal and must have the same size.
+// jump.close(link) links the end of the last phase to the start of the first, for periodic motions.
 //
-// The time of a phase begins at 0.  A duration may be free (problem.h), each by itself.  Costs are added up.
+// The time of each phase starts at 0.  Each duration may be free (problem.h).  Costs are summed.
 #pragma once
 
 #include <optional>
@@ -31,7 +31,7 @@ struct Phases {
   struct Phase {
     std::string name;
     Problem problem;
-    StageFunction link;  // from the state at the end of the phase before; empty: the same state
+    StageFunction link;  // from the final state of the previous phase; empty: the same state
   };
 
   void add(std::string phase, Problem problem, StageFunction link = {}) {
@@ -42,22 +42,23 @@ struct Phases {
   std::string name;
   std::vector<Phase> phases;
   std::vector<std::string> controls =
-      {};  // of the whole motion, in their order; empty: as they appear in phases
+      {};  // all controls of the motion in their order; empty: in order of appearance
   std::optional<StageFunction> closing;  // from the end of the last phase to the start of the first
 };
 
-// From the end of one phase to the start of another.
+// A transition from the end of a phase to the start of another.
 struct PhaseLink {
   std::size_t from, to;         // phases
-  const StageFunction* change;  // empty: none
+  const StageFunction* change;  // empty: equal states
 };
 std::vector<PhaseLink> links_of(const Phases& phases);
 
-// The problems, each told how far the motion moves its states before and after it (Problem::typical), where no link changes
-// them: a phase that begins and ends anywhere cannot know.
+// The problems with Problem::typical set from the movement of their states in neighbouring phases, if no link
+// changes them: a phase with free ends has no such estimate itself.
 std::vector<Problem> told_of_each_other(const Phases& phases);
 
-// ArgumentError, naming the phase, unless each problem fits together (check() in problem.h), and with its neighbours.
+// Throws ArgumentError, naming the phase, if a problem is inconsistent (check() in problem.h) or does not fit its
+// neighbours.
 void check(const Phases& phases);
 
 }  // namespace dyntape

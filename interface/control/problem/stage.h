@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// One instant of a motion, and functions of it that are recorded once and can also be run as they are.
+// One instant of a motion, and functions of it.  A function is recorded for the solver, and runs in plain double to
+// verify.
 //
 //   StageFunction effort = [](const auto& s) { return s.u.squaredNorm(); };          // a scalar, or
 //   StageFunction gap    = [](const auto& s) { return s.x.head(2).eval(); };         // a vector
 //
-// The callable is generic in the scalar: AD records it for the solver, double checks what the solver found
-// without any generated code.  Keep it free of `if` on values of the stage; use select() (autodiff/record/scalar.h).
+// The callable must be generic in the scalar: AD for recording, double for verification without generated code.  Do
+// not use `if` on values of the stage; use select() (autodiff/record/scalar.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +23,7 @@ struct Stage {
   using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
   T t = T(0);     // s
   Vector x;       // state
-  Vector a;       // accelerations, where they are variables of their own (inverse dynamics); else empty
+  Vector a;       // accelerations, if they are variables (inverse dynamics); else empty
   Vector u;       // controls
   Vector p = {};  // parameters of the problem (parameters.h), read by their handles
 };
@@ -48,7 +49,7 @@ class StageFunction {
       : recorded_([f](const Stage<AD>& s) { return detail::as_vector<AD>(f(s)); }),
         plain_([f](const Stage<double>& s) { return detail::as_vector<double>(f(s)); }) {}
 
-  // Where the two scalars need code of their own.
+  // For callables with separate code for the two scalars.
   StageFunction(std::function<VectorXad(const Stage<AD>&)> recorded,
                 std::function<Eigen::VectorXd(const Stage<double>&)> plain)
       : recorded_(std::move(recorded)), plain_(std::move(plain)) {}

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What an interior-point method sees of a program: every inequality with a slack, every bound in a logarithm.
+// The barrier problem of a program: every inequality with a slack, every bound as a logarithm.
 //
 //   minimise  f(x) - mu sum ln(w - lower) - mu sum ln(upper - w)    subject to  c(w) = 0,      w = (x, s)
 //
 //   c_j = g_j - bound    of an equality,        c_j = g_j - s_j    of an inequality, whose bounds are those of s_j
 //
-// w has n + m entries; slacks of rows that are no inequality stay zero and have no bounds, nor have variables with equal ones.
+// w has n + m entries.  Slacks of rows that are not inequalities are zero without bounds; variables with equal
+// bounds have none.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,30 +26,30 @@ struct BarrierPoint {
 
 class Barrier {
  public:
-  Barrier(Nlp& nlp, const StagewiseKkt& kkt);  // `kkt` says what the rows are
-  // Those of the program, widened (bound_widening.h).
+  Barrier(Nlp& nlp, const StagewiseKkt& kkt);  // `kkt` defines the kinds of rows
+  // The program's bounds, widened (bound_widening.h).
   void set_bounds(double relaxation);
 
   Eigen::Index n() const { return n_; }
   Eigen::Index m() const { return m_; }
-  // Whether an entry of w is a variable that is not fixed, or the slack of an inequality.
+  // Returns true if an entry of w is a free variable, or the slack of an inequality.
   bool moves(Eigen::Index i) const {
     return i < n_ ? !kkt_.is_fixed(std::size_t(i)) : kkt_.kind(std::size_t(i - n_)) == RowKind::kInequality;
   }
-  const std::vector<Eigen::Index>& still() const { return still_; }  // entries that do not
+  const std::vector<Eigen::Index>& still() const { return still_; }  // entries that do not move
   const Eigen::VectorXd& lower() const { return lower_; }
   const Eigen::VectorXd& upper() const { return upper_; }
   const std::vector<Eigen::Index>& bounded() const { return bounded_; }  // entries of w that have a bound
 
-  // From the program's variables, moved into the bounds' inside by at least `push` of their size or their distance.
-  // False where the program has no value there.
+  // Sets w from the program's variables, moved inside the bounds by at least `push` of their size or distance.
+  // Returns false if the program has no value there.
   bool begin(const std::vector<double>& x, double push, BarrierPoint& point);
   bool evaluate(BarrierPoint& point);  // at point.w
 
   double value(const BarrierPoint& point, double mu) const;
-  // (n + m) of the logarithms alone.
+  // (n + m) gradient of the logarithms.
   void slope(const Eigen::VectorXd& w, double mu, Eigen::VectorXd& slope) const;
-  // The longest step within (0, 1] that leaves of each distance to a bound the part 1 - tau.
+  // The longest step in (0, 1] that leaves the fraction 1 - tau of each distance to a bound.
   double longest(const Eigen::VectorXd& w, const Eigen::VectorXd& step, double tau) const;
 
  private:
@@ -61,25 +62,25 @@ class Barrier {
 
 // Multipliers of the bounds of w, and their Newton steps.
 struct BoundMultipliers {
-  Eigen::VectorXd lower, upper;            // (n + m) >= 0, zero where there is no bound
+  Eigen::VectorXd lower, upper;            // (n + m) >= 0, zero without bound
   Eigen::VectorXd lower_step, upper_step;  // (n + m)
 
-  // Those of the barrier, but `most` at most.
+  // Those of the barrier, but at most `most`.
   void begin(const Barrier& barrier, const Eigen::VectorXd& w, double mu, double most);
-  void set_ones(const Barrier& barrier);                  // of the bounds that there are
-  void reset_above(double most, const Barrier& barrier);  // to ones, where any is above `most`
-  // Those of an earlier solution, no product of bound multiplier and distance below `least` but where the distance is long.  The mean of the
-  // products: the barrier that it speaks of.
+  void set_ones(const Barrier& barrier);                  // of existing bounds
+  void reset_above(double most, const Barrier& barrier);  // to ones, if any is above `most`
+  // Those of an earlier solution, with products of multiplier and distance at least `least` unless the distance is
+  // long.  Returns the mean product, which corresponds to a barrier parameter.
   double take_over(const Barrier& barrier, const Eigen::VectorXd& w, const NlpSolution& earlier,
                    double least);
-  // What they add to the curvature of w: bound multiplier over distance.
+  // Their contribution to the curvature of w: multiplier over distance.
   void curve(const Barrier& barrier, const Eigen::VectorXd& w, KktDiagonal& diagonal) const;
-  // By a step of w.
+  // Computes their steps for a step of w.
   void step(const Barrier& barrier, const Eigen::VectorXd& w, const Eigen::VectorXd& w_step, double mu);
   double mean_product(const Barrier& barrier,
                       const Eigen::VectorXd& w) const;  // of bound multiplier and distance
-  double longest(double tau) const;                     // within (0, 1], that leaves of each the part 1 - tau
-  // To a point that w has moved to; never far from what its barrier would make them.
+  double longest(double tau) const;                     // in (0, 1], leaves the fraction 1 - tau of each
+  // Updates them for the new w; limits their distance from the values of the barrier.
   void move(const Barrier& barrier, const Eigen::VectorXd& w, double length, double mu);
 };
 

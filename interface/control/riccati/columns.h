@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Sums of short columns, for matrices of some ten to fifty rows, whose entries lie side by side: what a recursion over stages is
-// made of.  A file that uses them is compiled with -O3 (interface/CMakeLists.txt), which takes several entries at a time, most
-// easily of columns that are padded() with zeros.  Sums are taken in one order whatever the width of the processor's registers.
+// Sums of short columns, for matrices of ten to fifty rows with contiguous entries, as in recursions over stages.  A
+// file that uses them is compiled with -O3 (interface/CMakeLists.txt), which vectorises best if columns are padded()
+// with zeros.  Sums have one order for any register width of the processor.
 #pragma once
 
 #include <Eigen/Core>
@@ -40,12 +40,12 @@ inline namespace DYNTAPE_VECTORS {
 using Register = double __attribute__((vector_size(DYNTAPE_REGISTER), aligned(sizeof(double)), may_alias));
 
 constexpr int kOfRegister = DYNTAPE_REGISTER / sizeof(double);
-// Registers of a column: with four columns as many as have to be on their way for none to wait, and no more than there are.
+// Registers per column: with four columns enough to hide the latency, and no more than exist.
 constexpr int kRegisters = kOfRegister == kPad ? 1 : 2;
 constexpr Eigen::Index kRows = kRegisters * kOfRegister;
 
-// Where the factors of a column's entries lie: kColumns: in a column of B; kRows: in a row of it, of a product with its transpose;
-// kMinusColumns, kMinusRows: that product is taken off.
+// Layout of the factors of a column's entries.  kColumns: a column of B; kRows: a row of B, for a product with its
+// transpose; kMinusColumns, kMinusRows: the product is subtracted.
 enum class Factors { kColumns, kMinusColumns, kRows, kMinusRows };
 constexpr bool are_of_columns(Factors factors) {
   return factors == Factors::kColumns || factors == Factors::kMinusColumns;
@@ -77,7 +77,7 @@ void add_block(double* __restrict C, Eigen::Index of_C, const double* __restrict
       *reinterpret_cast<Register*>(C + c * of_C + r * kOfRegister) = sum[c][r];
 }
 
-// The sum of a_i b_i, n = padded(n) of them, by the entry's place in the widest register.
+// The sum of a_i b_i, n = padded(n) terms, grouped by position in the widest register.
 inline double padded_dot(const double* a, const double* b, Eigen::Index n) {
   constexpr int kParts = int(kPad) / kOfRegister;
   Register sum[kParts] = {};
@@ -92,7 +92,7 @@ inline double padded_dot(const double* a, const double* b, Eigen::Index n) {
   return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
 }
 
-// Zero times what is not finite is no number.
+// Zero times a value that is not finite is NaN.
 inline bool are_finite(const double* a, Eigen::Index n) {
   Register sum = {};
   Eigen::Index i = 0;
@@ -105,8 +105,8 @@ inline bool are_finite(const double* a, Eigen::Index n) {
 
 }  // namespace DYNTAPE_VECTORS
 
-// C += A B: C (rows x columns) and A (rows x count) with padded() rows and so many doubles from column to column.  B by columns,
-// or by rows, and then it may be taken off.
+// C += A B: C (rows x columns) and A (rows x count) with padded() rows and the given column strides.  B by columns,
+// or by rows; then the product may be subtracted.
 template <Factors factors = Factors::kColumns>
 void add_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A, const double* B,
                  Eigen::Index of_B, Eigen::Index rows, Eigen::Index count, Eigen::Index columns) {
@@ -120,7 +120,7 @@ void add_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_
   }
 }
 
-// The same of a symmetric C: its lower triangle, and what its blocks have above.
+// The same for a symmetric C: its lower triangle, and the upper part of its diagonal blocks.
 template <Factors factors = Factors::kColumns>
 void add_symmetric_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A, const double* B,
                            Eigen::Index of_B, Eigen::Index rows, Eigen::Index count, Eigen::Index columns) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How far a point and its multipliers are from the conditions of the barrier problem.
+// The error of a point and its multipliers in the conditions of the barrier problem.
 //
 //   dual            largest entry of  grad f + J^T lambda - z_lower + z_upper,  (x, s) as Barrier has them
 //   primal          largest entry of  c
 //   complementarity largest           | z (w - bound) - mu |
-//   all             the largest of them, the first and the last over the mean size of the multipliers where that is above 100
+//   all             the largest of them, the first and the last divided by the mean multiplier if that is above 100
 //
 // Source: Wächter and Biegler 2006, equations 5 and 6.
 #pragma once
@@ -23,8 +23,9 @@ struct OptimalityErrors {
   double dual, primal, complementarity, all;
 };
 
-// Counts iterations since the objective moved last: acceptable ones, and those in which neither error fell by a tenth.  Iterations that
-// are not acceptable do not end the count: where curvature is below rounding, steps err again and again.
+// Counts iterations without a change of the objective: acceptable ones, and those in which neither error decreases
+// by a tenth.  Iterations that are not acceptable do not reset the count: if the curvature is below rounding, steps
+// fail repeatedly.
 class Progress {
  public:
   Progress() = default;
@@ -51,7 +52,7 @@ class Optimality {
  public:
   Optimality(const Barrier& barrier, const StagewiseKkt& kkt) : barrier_(barrier), kkt_(kkt) {}
 
-  // Of the point that `kkt` has the Jacobian of: what does not depend on mu.
+  // For the point of the Jacobian in `kkt`: the part that does not depend on mu.
   void look(const Eigen::VectorXd& gradient, const Eigen::VectorXd& lambda,
             const BoundMultipliers& multipliers);
   OptimalityErrors errors(const BarrierPoint& point, const BoundMultipliers& multipliers, double mu) const;

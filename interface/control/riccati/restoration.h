@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The way back to points that an interior-point method's filter takes, when no step of its own helps.
+// Feasibility restoration: finds a point that the filter of the interior-point method accepts, when no step does.
 //
 //   minimise  1/2 |c(w)|^2 - mu sum ln(w - lower) - mu sum ln(upper - w)
 //
-// by damped Newton steps, those of Gauss and Newton where the curvature has no minimum, with a barrier parameter that falls with
-// what the constraints lack.  Where it ends with constraints that are not fulfilled, no direction lessens what they lack: locally
-// infeasible.
+// by damped Newton steps, or Gauss-Newton steps if the curvature has no minimum.  The barrier parameter decreases
+// with the constraint violation.  If it ends with violated constraints, no direction reduces the violation: the
+// program is locally infeasible.
 #pragma once
 
 #include <functional>
@@ -19,9 +19,9 @@
 
 namespace dyntape {
 
-// Pairs of violation and barrier function that later points must improve upon.
+// Pairs of violation and barrier function that later points must improve.
 struct Filter {
-  double least_theta = 0, most_theta = 0;  // below: steps are for the cost; above: refused
+  double least_theta = 0, most_theta = 0;  // below: steps reduce the cost; above: refused
 
   void begin(double theta) {
     least_theta = 1e-4 * std::max(1.0, theta), most_theta = 1e4 * std::max(1.0, theta);
@@ -47,14 +47,14 @@ class Restoration {
  public:
   Restoration(Nlp& nlp, StagewiseKkt& kkt, const Barrier& barrier);
 
-  // What the method that needs it answers: whether a point is as good as demanded, whether to stop, and a point's values; false: they
-  // are not finite.
+  // Callbacks of the method: whether a point is acceptable, whether to stop, and a point's values; false: they are
+  // not finite.
   struct Method {
     std::function<bool(const BarrierPoint&)> takes;
     std::function<bool()> stops;
     std::function<bool(BarrierPoint&)> evaluate;
   };
-  // Moves `point` until it lacks nine tenths of what it did at most, and `takes` it; the matrices of `kkt` are then other ones.
+  // Moves `point` until its violation is at most nine tenths and `takes` accepts it.  Changes the matrices of `kkt`.
   RestorationEnd run(BarrierPoint& point, double mu, double small, const Method& method);
 
  private:
@@ -70,13 +70,13 @@ class Restoration {
   StagewiseKkt& kkt_;
   const Barrier& barrier_;
   Eigen::Index n_, m_;
-  double mu_ = 0, share_;  // of all logarithms together, of what is lacked
-  double damping_ = 1e-6;  // of the square of the steepest slope, or of 1 where that is less
-  double steepest_ = 0;    // largest entry of the Jacobian on the way
+  double mu_ = 0, share_;  // of the sum of logarithms; fraction of the violation
+  double damping_ = 1e-6;  // relative to the square of the largest gradient, or to 1 if that is smaller
+  double steepest_ = 0;    // largest entry of the Jacobian so far
   BoundMultipliers bound_multipliers_;
   BarrierPoint trial_;
   Eigen::VectorXd jacobian_, hessian_;
-  Eigen::VectorXd slope_, of_c_, step_;  // (n + m) of the barrier, of what is lacked
+  Eigen::VectorXd slope_, of_c_, step_;  // (n + m) gradient of the barrier, of the violation
   KktDiagonal diagonal_;
   KktVector right_, change_;
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The factorisation; solves are in riccati_sweeps.cpp.  Matrices are small, so what counts is that all that moves lies side by side:
-// everything is sums of columns, and rows of the problem are stored as columns.
+// The factorisation; riccati_sweeps.cpp has the solves.  Matrices are small, so contiguous data matter: all work is
+// sums of columns, and rows of the problem are stored as columns.
 #include <dyntape/interface/control/riccati/riccati_kkt.h>
 
 #include <cmath>
@@ -19,15 +19,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of its largest entry: what is left of a row that others make up.  A pivot p that a link is solved for leaves a cost to go of
-// 1 / p^2: below this no digit of what is free would be left.  Least time has such pivots at its optimum, as multipliers of its last
-// rows cancel there.  Rows of the stage itself come first, so that theirs leave nothing.
+// Relative to its largest entry: a smaller remainder of a row means that the row is dependent.  A pivot p for a link
+// gives a cost-to-go of 1 / p^2; below this limit no digit of the free variables would remain.  Minimum-time
+// problems have such pivots at the optimum, where multipliers of the last rows cancel.  Rows of the stage itself
+// come first, so that their remainder is zero.
 constexpr double kDependentLink = 1e-7, kDependent = 1e-11;
-constexpr double kMuch = 0.01;   // the same: enough to be solved for
-constexpr double kFlat = 1e-14;  // of its entry: what is left of a variable that has no curvature of its own
-constexpr Index kSmall = 16;     // variables of a stage: zeros among them are not worth a look
+constexpr double kMuch = 0.01;   // the same: large enough as a pivot
+constexpr double kFlat = 1e-14;  // relative to its entry: remainder of a variable without own curvature
+constexpr Index kSmall = 16;     // variables of a stage: below, zeros are not worth a test
 
-// Room for so many numbers, what they are being nobody's.
+// A buffer of `count` doubles, uninitialised.
 double* room(std::vector<double>& numbers, Index count) {
   if (Index(numbers.size()) < count) numbers.resize(std::size_t(count));
   return numbers.data();
@@ -37,7 +38,7 @@ double* zeros(std::vector<double>& numbers, Index count) {
   std::fill(first, first + count, 0.0);
   return first;
 }
-// What is behind the rows is zero.
+// Entries after the rows are zero.
 void resize(MatrixXd& matrix, Index rows, Index columns) {
   if (matrix.rows() != rows || matrix.cols() != columns) matrix.setZero(rows, columns);
 }
@@ -63,8 +64,8 @@ RiccatiKkt::RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links)
 
 void RiccatiKkt::take_structure() { find_structure(false); }
 
-// Links that say one variable each by the stage before, as steps forward do, are solved for first where no row of the stage itself may
-// need that variable.
+// Links that determine one variable each, as in explicit steps, are eliminated first if no row of the stage may need
+// that variable.
 void RiccatiKkt::find_structure(bool all) {
   for (std::size_t k = 0; k < stages(); ++k) {
     const Stage& s = stages_[k];
@@ -124,7 +125,7 @@ void RiccatiKkt::Matrices::take(const Stage& s, double shift) {
   }
 }
 
-// The order of rows and variables, and the rows: those of single links, of the stage itself, of other links.
+// The order of rows and variables, and the rows: of single links, of the stage itself, of other links.
 void RiccatiKkt::arrange(std::size_t k, double elastic) {
   const Stage& s = stages_[k];
   Factor& f = factors_[k];
@@ -171,8 +172,9 @@ void RiccatiKkt::arrange(std::size_t k, double elastic) {
   }
 }
 
-// Each row is solved for the free variable that it weighs most, those of the stage before its links.  Rows of which others have
-// left little wait, as what is left of them has lost digits; those of which nothing is left are made up by others.
+// Each row is solved for the free variable with the largest coefficient; the previous stage's variables are links.
+// Rows nearly eliminated by earlier pivots come last (cancellation); rows that vanish are linearly dependent and are
+// dropped.
 void RiccatiKkt::eliminate_rows(Factor& f, Index links) {
   MatrixXd& M = f.M;
   VectorXd& sizes = work_.sizes;
@@ -186,7 +188,7 @@ void RiccatiKkt::eliminate_rows(Factor& f, Index links) {
     double most = kDependent;
     const auto look_at = [&](Index c) {
       const double* const row = M.data() + c * pad;
-      // What is before the step in its block of columns counts for nothing.
+      // Entries before the step in its block of columns are ignored.
       const Index first = (at_step + kPad - 1) / kPad * kPad;
       double largest = first < pad ? padded_largest(row + first, pad - first) : 0;
       for (Index i = at_step; i < std::min(first, all); ++i) largest = std::max(largest, std::abs(row[i]));
@@ -221,7 +223,7 @@ void RiccatiKkt::eliminate_rows(Factor& f, Index links) {
   }
 }
 
-// X = - U11^-1 [ U12 | L11^-1 (rows that the link's are) ], transposed; what is left of the others is R.
+// X = - U11^-1 [ U12 | L11^-1 (rows of the link) ], transposed; the remainder of the other rows is R.
 void RiccatiKkt::solve_rows(Factor& f, Index links) {
   const Index of_M = f.M.rows(), all = Index(f.col.size()), carried = f.carried, rank = f.rank;
   const Index basic = rank - carried, free = f.free = all - rank, left = f.M.cols() - basic;
@@ -234,7 +236,7 @@ void RiccatiKkt::solve_rows(Factor& f, Index links) {
     if (row < links) (c < basic ? f.X(free + row, c) : f.R(c - basic, row)) = 1;
   }
   double* const X = f.X.data();
-  const Index of_links = free / kPad * kPad;  // links begin behind it
+  const Index of_links = free / kPad * kPad;  // links begin after it
   for (Index begin = 0; begin < basic; begin += kPad) {
     const Index end = std::min(begin + kPad, basic);
     for (Index c = begin; c < end; ++c) {
@@ -259,7 +261,7 @@ void RiccatiKkt::solve_rows(Factor& f, Index links) {
     }
   }
   for (Index c = 0; c < basic; ++c) std::copy(M + rank + c * of_M, M + all + c * of_M, X + c * pad);
-  for (Index end = basic; end > 0;) {  // signs of columns behind the end have changed already
+  for (Index end = basic; end > 0;) {  // signs of columns after the end have changed already
     const Index begin = (end - 1) / kPad * kPad;
     add_product(X + begin * pad, pad, X + end * pad, pad, M + carried + end + begin * of_M, of_M, pad,
                 basic - end, end - begin);
@@ -274,12 +276,12 @@ void RiccatiKkt::solve_rows(Factor& f, Index links) {
   }
 }
 
-// Where entries of Q go: to S, of variables that are free or carried; to Y and B, of basic ones.
+// Destinations of entries of Q: S for free or carried variables; Y and B for basic ones.
 struct RiccatiKkt::Assembly {
   const Factor& f;
   Index pad, of_B;
-  Index* place;    // of each variable (Work), and room behind
-  double* weight;  // of each variable: what it is by what stands in its place
+  Index* place;    // of each variable (Work), and a buffer
+  double* weight;  // of each variable: its factor for the variable at its index
   double *S, *Y, *B;
 
   double* column(Index to) const { return to >= 0 ? S + to * pad : Y - (to + 1) * pad; }
@@ -290,7 +292,7 @@ struct RiccatiKkt::Assembly {
     else if (to < 0)
       B[-(at + 1) - (to + 1) * of_B] += value;
   }
-  // Carried variables that come first, in the order of their links, which are also the first of `variables`.
+  // Carried variables come first, in the order of their links, which are also the first of `variables`.
   Index in_order(const std::vector<Index>& variables) const {
     Index i = 0;
     while (i < std::min(f.carried, Index(variables.size())) && f.row[std::size_t(i)] == i &&
@@ -305,7 +307,7 @@ struct RiccatiKkt::Assembly {
 void RiccatiKkt::Assembly::add_columns(const double* W, Index of_W,
                                        const std::vector<Index>& variables) const {
   const Index count = Index(variables.size()), simple = in_order(variables);
-  // Behind the simple ones: those that are not basic, then those that are.
+  // After the simple ones: those that are not basic, then the basic ones.
   Index* const order = place + f.col.size();
   Index *rest_end = order, *end = order;
   for (Index i = simple; i < count; ++i) {
@@ -353,7 +355,7 @@ RiccatiKkt::Assembly RiccatiKkt::begin_assembly(const Factor& f, Index n, Index 
   return to;
 }
 
-// H and the cost to go of the next stage, C^T P C, where most entries may be other than zero.
+// H and the cost-to-go of the next stage, C^T P C, if most entries may be nonzero.
 void RiccatiKkt::add_all(const Matrices& m, const Factor* next, const Assembly& to) {
   const Index n = m.H_columns.cols(), of_W = padded(n);
   double* const W = room(work_.W, of_W * n);
@@ -367,7 +369,7 @@ void RiccatiKkt::add_all(const Matrices& m, const Factor* next, const Assembly& 
   to.add_columns(W, of_W, m.touched);
 }
 
-// The same of those entries alone.
+// The same for the nonzero entries only.
 void RiccatiKkt::add_nonzeros(const Matrices& m, const Factor* next, const Assembly& to) {
   for (const Entry& e : m.H) to.add(e.row, e.column, e.value);
   const Index count = Index(m.touched.size()), of_W = padded(count), of_C = next ? next->P.rows() : 0;
@@ -395,8 +397,9 @@ void RiccatiKkt::add_nonzeros(const Matrices& m, const Factor* next, const Assem
   to.add_columns(W, of_W, m.touched);
 }
 
-// S: the cost of the stage and all behind it by free variables and what the link brings, its lower triangle.  With Q that cost by all
-// variables, the basic ones being X^T of these:  S = Q_rest + Y X^T + X Y^T,  Y = Q_(rest, basic) + 1/2 X Q_(basic, basic).
+// S: the cost-to-go as a function of free variables and the link's values, lower triangle.  With Q the cost in all
+// variables, where the basic ones are X^T of these:  S = Q_rest + Y X^T + X Y^T,  Y = Q_(rest, basic) + 1/2 X
+// Q_(basic, basic).
 void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
   Factor& f = factors_[k];
   const Index n = stages_[k].H.cols(), basic = f.rank - f.carried, both = f.free + stages_[k].D.rows();
@@ -415,8 +418,8 @@ void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
   add_symmetric_product<Factors::kRows>(to.S, to.pad, X, to.pad, to.Y, to.pad, to.pad, basic, both);
 }
 
-// Free variables are minimised, kPad at a time: what is left is the cost to go.  False where they have no minimum.  What is above the
-// diagonal is nobody's.
+// Minimises over free variables, kPad at a time; the remainder is the cost-to-go.  Returns false if there is no
+// minimum.  Entries above the diagonal are undefined.
 bool RiccatiKkt::minimise(Factor& f, Index links) {
   const Index free = f.free, both = free + links, pad = padded(both);
   double* const S = work_.S.data();
@@ -425,13 +428,13 @@ bool RiccatiKkt::minimise(Factor& f, Index links) {
     for (Index j = begin; j < end; ++j) {
       double* const column = S + j * pad + begin;
       const double pivot = column[j - begin];
-      const double before = std::min(1.0, std::abs(work_.own[j]));  // but for springs
+      const double before = std::min(1.0, std::abs(work_.own[j]));  // except springs
       if (!(pivot > kFlat * before) || !std::isfinite(pivot)) return false;
       const double inverse = 1 / std::sqrt(pivot);
       for (Index i = 0; i < length; ++i) column[i] *= inverse;
       for (Index c = j + 1; c < end; ++c) add(S + c * pad + begin, -column[c - begin], column, length);
     }
-    // Columns behind these.
+    // Columns after these.
     const double* const columns = S + begin * pad;
     const Index first = end / kPad * kPad;
     add_symmetric_product<Factors::kMinusRows>(S + first + end * pad, pad, columns + first, pad,

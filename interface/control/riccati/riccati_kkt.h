@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Quadratic problems whose variables stand in a chain of stages, each tied to its neighbours alone, in time linear in
-// their number.
+// Solves quadratic problems whose variables form a chain of stages, each coupled to its neighbours only, in time
+// linear in the number of stages.
 //
 //   minimise    sum_k  1/2 z_k.H_k z_k - a_k.z_k
 //   subject to  C_{k-1} z_{k-1} + D_k z_k = b_k        links, k = 1 .. N
@@ -9,32 +9,35 @@
 //
 //   RiccatiKkt chain(sizes);
 //   chain.stage(k).H = ...                             // and G, C, D; kept by factor()
-//   if (!chain.factor(shift)) ...                      // H + shift I is not convex on what the rows leave free
+//   if (!chain.factor(shift)) ...                      // H + shift I is not convex in the null space of the rows
 //   chain.solve(a, b, z, lambda);                      // H z + M^T lambda = a,  M z = b, M all rows
-//   Z = chain.solve_first(A, B);                       // the first stage's z alone, a and b being zero behind the second
+//   Z = chain.solve_first(A, B);                       // the first stage's z; a and b are zero after stage 1
 //
-// Vectors are those of the stages one after another; rows are, stage by stage, those of its link, then its own.
+// Vectors are concatenated by stage; rows are, stage by stage, those of the link, then the stage's own.
 //
-// Method.  From the last stage to the first: rows that tie a stage are solved for as many of its variables as they have rank
-// (elimination with pivoting), what is free then is minimised (Cholesky), and what is left is a quadratic cost to go
-// of C_{k-1} z_{k-1} alone.  Rows that a stage has no variable for become costs of the stages before: stiff springs.  With links
-// x_k = A x_{k-1} + B u_{k-1} this is Riccati's recursion, and it is as long; with links of collocation it is the same
-// recursion with their implicit state solved for.  Every Cholesky factorisation goes through if and only if the problem is
-// strictly convex on its rows: the whole system has the right inertia.
+// Method.  From the last stage to the first: rows of a stage are solved for as many of its variables as they have
+// rank (elimination with pivoting), the free variables are minimised (Cholesky), and the rest is a quadratic
+// cost-to-go of C_{k-1} z_{k-1} alone.  Rows without a variable in their stage become costs of the earlier stages:
+// stiff springs.  With links x_k = A x_{k-1} + B u_{k-1} this is the Riccati recursion, with the same cost.  With
+// links of collocation it is the same recursion with the implicit state solved for.  Every Cholesky factorisation
+// succeeds if and only if the problem is strictly convex on its rows, i.e. the whole system has the right inertia.
 //
-// puts_in_links: links that say one variable each by the stage before, as of steps forward in time, are put in before a stage's own
-// rows choose their pivots: a stage of 79 variables whose 37 states are such takes a third.  Where own rows need these variables as
-// pivots, as collocation's may, that loses digits.  Those of a stage without rows of its own are put in always.
+// puts_in_links: links that determine one variable each from the previous stage (explicit integration steps) are
+// substituted before a stage's own rows choose their pivots.  A stage of 79 variables with 37 such states takes a
+// third of the time.  If own rows need these variables as pivots, e.g. in collocation, this loses digits.  In stages
+// without own rows such links are always substituted.
 //
-// Springs, and no rows handed down: a goal met by the last few controls alone takes controls that grow with a power of 1/h, and
-// their squares leave no digit of the cost to go; springs let all stages share.  A solution then misses such rows by their multipliers over
-// the spring's 1e10; solving again for what is missing makes that as small as rounding (stage_kkt.h).  Rows of the first stage
-// that depend on others are left out: lambda is 0 there, and the result misses b by what they contradict the others by.
+// Springs.  Rows are not passed to earlier stages: controls that satisfy a goal in the last few steps grow with a
+// power of 1/h, and their squares leave no digit of the cost-to-go.  With springs all stages contribute.  The
+// solution violates such rows by their multipliers over the spring's 1e10; solving again for the residual reduces
+// this to rounding (stage_kkt.h).  Dependent rows of the first stage are dropped: their lambda is 0, and the
+// residual is their contradiction.
 //
-// elastic > 0 softens all rows: M z - elastic lambda = b.  Nothing depends then; for finding feasible points.
+// elastic > 0 softens all rows: M z - elastic lambda = b.  Then no rows are dependent; used to find feasible points.
 //
 // Sources: J. Rawlings, D. Mayne, M. Diehl, Model Predictive Control, 2017, 8.8; L. Vanroye, A. Sathya, J. De Schutter,
-// W. Decre, FATROP: a fast constrained optimal control problem solver for robot trajectory optimization and control, IROS 2023.
+// W. Decre, FATROP: a fast constrained optimal control problem solver for robot trajectory optimization and control,
+// IROS 2023.
 #pragma once
 
 #include <Eigen/Core>
@@ -47,7 +50,8 @@
 namespace dyntape {
 
 struct StageSizes {
-  int variables, rows, links;  // of a stage; links: rows that tie it to the stage before, 0 for the first
+  int variables, rows,
+      links;  // of a stage; links: rows that couple it to the previous stage, 0 for the first
 };
 
 class RiccatiKkt {
@@ -60,14 +64,15 @@ class RiccatiKkt {
 
   explicit RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links = false);
 
-  // Entries of the stages that are zero now are zero at every factorisation from here on; before, none is known to be.
+  // Entries of the stages that are zero now are zero in all later factorisations.  Without this call none is known
+  // to be zero.
   void take_structure();
 
   std::size_t stages() const { return stages_.size(); }
   Stage& stage(std::size_t k) { return stages_[k]; }
   Eigen::Index variables() const { return first_variable_.back(); }
   Eigen::Index rows() const { return first_row_.back(); }
-  // Where the entries of stage k begin; k = stages(): their number.
+  // First index of stage k; k = stages(): their number.
   Eigen::Index first_variable(std::size_t k) const { return first_variable_[k]; }
   Eigen::Index first_row(std::size_t k) const { return first_row_[k]; }
   Eigen::Index variables_before(std::size_t k) const { return first_variable_[std::min(k, stages())]; }
@@ -75,8 +80,8 @@ class RiccatiKkt {
 
   bool factor(double shift, double elastic = 0);
   void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z, Eigen::VectorXd& lambda);
-  // (sides x variables of the first stage) z of many right sides, a row each, of the first two stages, zero behind them: as many rows
-  // as columns.h pads to.
+  // (sides x variables of the first stage) z for many right sides, one per row, given for the first two stages and
+  // zero after them; the number of rows is padded as in columns.h.
   Eigen::MatrixXd solve_first(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
 
  private:
@@ -84,11 +89,11 @@ class RiccatiKkt {
     std::uint32_t row, column;
     double value;
   };
-  // A stage's H, with the shift, and C as they were factored: columns where most entries may be other than zero, else those
-  // entries alone, column by column.
+  // A stage's H, with the shift, and C as factored: dense columns if most entries may be nonzero, else the nonzero
+  // entries, column by column.
   struct Matrices {
     bool are_columns = true;
-    std::vector<Eigen::Index> touched;  // variables that the next link has; all
+    std::vector<Eigen::Index> touched;  // variables in the next link
     std::vector<Entry> H, C;
     std::vector<std::size_t> C_begin;          // (touched + 1)
     Eigen::MatrixXd H_columns, C_columns, Ct;  // padded rows; Ct: of C, transposed
@@ -117,30 +122,32 @@ class RiccatiKkt {
     }
   };
   struct Single {
-    Eigen::Index link, variable;  // a link that says one variable of its stage
+    Eigen::Index link, variable;  // a link that determines one variable of its stage
   };
-  // What is left of a stage when its factorisation is done.  Variables are in the order of their pivots: those that single links say
-  // (carried), other pivots (basic), free ones; rows likewise, and what is left of them.  `both` are free variables and what the link brings.
+  // Result of a stage's factorisation.  Variables are in the order of their pivots: substituted by single links
+  // (carried), other pivots (basic), free ones; rows likewise, then the remaining rows.  `both`: free variables and
+  // the link's values.
   struct Factor {
     std::vector<Single> singles;
     Matrices matrices;
     Eigen::Index carried = 0, rank = 0, free = 0;
     std::vector<Eigen::Index> row, col;
-    Eigen::VectorXd pivots;  // (carried) minus one by them: by what the link brings
-    Eigen::MatrixXd M;       // (n x rows but carried ones) rows as columns, then L^T and U^T
-    Eigen::MatrixXd X;       // (both x basic) basic variables by both, transposed
+    Eigen::VectorXd pivots;  // (carried) minus one over the pivots: by the link's values
+    Eigen::MatrixXd M;       // (n x rows except carried ones) rows as columns, then L^T and U^T
+    Eigen::MatrixXd X;       // (both x basic) basic variables as functions of both, transposed
     Eigen::MatrixXd L;       // (both x free) the factor of their cost
-    Eigen::MatrixXd P, R;    // (links x links), (left x links) cost to go, and rows, of what the link brings
-    // Of a solve: slopes by variables, by what the link brings, and what that is.
+    Eigen::MatrixXd P,
+        R;  // (links x links), (left x links) cost-to-go, and rows, as functions of the link's values
+    // Of a solve: gradients with respect to variables and to the link's values, and these values.
     Eigen::VectorXd slope, brought, z0, y, r0;
   };
   struct Sides {
-    Eigen::MatrixXd slope, z0, y;  // of a stage, a row a right side
+    Eigen::MatrixXd slope, z0, y;  // of a stage, one row per right side
   };
-  // Of the stage at hand.
+  // Of the current stage.
   struct Work {
     std::vector<Eigen::Index>
-        place;  // of a variable among both; before 0: of a basic one, counted from -1 on
+        place;  // index of a variable among both; negative: a basic one, counted from -1
     std::vector<double> weight, S, Y, B, W, PC, CP;
     Eigen::VectorXd sizes, own, z, slope, link, brought, t, multipliers;
   };
@@ -168,7 +175,7 @@ class RiccatiKkt {
   std::vector<Factor> factors_;
   std::vector<Eigen::Index> first_variable_, first_row_;
   static constexpr double kSpring =
-      1e10;  // what rows without a variable of their own cost, squared and halved
+      1e10;  // stiffness of rows without their own variable: squared violation, times half of this
 
   bool puts_in_links_;
   double inverse_elastic_ = 0;

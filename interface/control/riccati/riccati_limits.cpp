@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The stages at which inputs meet their limits.
+// Stages with active limits of inputs.
 #include <dyntape/interface/control/riccati/riccati.h>
 
 #include <dyntape/autodiff/factorisations.h>
@@ -27,8 +27,8 @@ double value_of(const MatrixXd& H, const VectorXd& g, const VectorXd& u) {
 
 }  // namespace
 
-// Each round holds the inputs that are at a limit and would go beyond, and takes Newton's step of the others, shortened
-// until the cost goes down.
+// Each iteration fixes the inputs that are at a limit and would exceed it, and takes the Newton step of the others,
+// shortened until the cost decreases.
 VectorXd box_minimum(const MatrixXd& H, const VectorXd& g, const VectorXd& lower, const VectorXd& upper,
                      std::vector<bool>& is_free) {
   constexpr int kMostRounds = 100, kHalvings = 40;
@@ -56,8 +56,8 @@ VectorXd box_minimum(const MatrixXd& H, const VectorXd& g, const VectorXd& lower
 
 namespace {
 
-// The same where H is positive definite only among the inputs that are not held where they are: by limits that leave no room,
-// or, where the others need it, by a limit that they would go beyond.  False: not even there.
+// The same if H is positive definite only for some inputs: others are fixed by equal limits or, if necessary, at a
+// limit that they would exceed.  Returns false if this fails too.
 bool limited_minimum(const MatrixXd& H, const VectorXd& g, const VectorXd& lower, const VectorXd& upper,
                      VectorXd& u, std::vector<bool>& is_free) {
   const auto open = [&](bool only_inside) {
@@ -97,7 +97,7 @@ bool Riccati::push_limited(const StageColumns& s, double shift) {
   return true;
 }
 
-// The cost to go of the policy as it is.
+// The cost-to-go of the current policy.
 void Riccati::close(Index n, Index m, double shift) {
   const auto Q_ux = Q_.block(n, 0, m, n);
   Q_uu_.diagonal().array() -= shift;

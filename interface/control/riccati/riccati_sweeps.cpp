@@ -38,8 +38,8 @@ void RiccatiKkt::Matrices::add_slope(const double* of_link, double* to) const {
   for (const Entry& e : C) to[e.column] += e.value * of_link[e.row];
 }
 
-// to: the slope of the cost of a stage and all behind it, at z and what that brings to the next link, of_link being that of the next
-// stage's cost to go.
+// to: the cost-to-go gradient of a stage, at z and its values for the next link; of_link: gradient of the next
+// stage's cost-to-go.
 void RiccatiKkt::take_slope(std::size_t k, const VectorXd& a, const double* z, const double* of_link,
                             double* to) const {
   const Index n = stages_[k].H.cols(), all = Index(factors_[k].col.size());
@@ -51,14 +51,14 @@ void RiccatiKkt::take_slope(std::size_t k, const VectorXd& a, const double* z, c
   for (Index i = n; i < all; ++i) to[i] = inverse_elastic_ * z[i];
 }
 
-// What a stage and all behind it make of the right side: z0, r0, y and the slope of the cost to go by what its link brings.  `next`:
-// the next stage, if its slope is not zero.
+// Backward substitution for a stage: z0, r0, y and the cost-to-go gradient with respect to the link's values.
+// `next`: the next stage, if its gradient is nonzero.
 void RiccatiKkt::sweep_back(std::size_t k, const VectorXd& a, const VectorXd& b, const Factor* next) {
   Factor& f = factors_[k];
   const Index links = stages_[k].D.rows(), of_M = f.M.rows(), all = Index(f.col.size());
   const Index carried = f.carried, rank = f.rank, free = f.free, basic = rank - carried, pad = f.X.rows();
   const double* const M = f.M.data();
-  // Constants of the rows, then what they make of basic variables.
+  // Constants of the rows, then their contributions to basic variables.
   VectorXd& s = work_.t;
   s.setZero(padded(rank)), f.z0.setZero(padded(rank)), f.r0.resize(f.M.cols() - basic);
   const double* const of_b = b.data() + first_row_[k];
@@ -91,7 +91,7 @@ void RiccatiKkt::sweep_back(std::size_t k, const VectorXd& a, const VectorXd& b,
   }
   take_slope(k, a, z.data(), k + 1 < stages() ? of_link.data() : nullptr, slope.data());
 
-  // By free variables and what the link brings.
+  // Of free variables and the link's values.
   f.y.setZero(pad);
   for (Index i = 0; i < free; ++i) f.y[i] = slope[f.col[std::size_t(rank + i)]];
   for (Index i = 0; i < carried; ++i)
@@ -113,7 +113,7 @@ void RiccatiKkt::sweep_back(std::size_t k, const VectorXd& a, const VectorXd& b,
   }
 }
 
-// A stage's variables once what its link brings is there: into work_.z and its entries of z.
+// A stage's variables for given values of its link: into work_.z and its entries of z.
 void RiccatiKkt::sweep_forward(std::size_t k, double* z) {
   Factor& f = factors_[k];
   const Index links = stages_[k].D.rows(), n = stages_[k].H.cols(), all = Index(f.col.size());
@@ -134,8 +134,8 @@ void RiccatiKkt::sweep_forward(std::size_t k, double* z) {
   std::copy(own.data(), own.data() + n, z + first_variable_[k]);
 }
 
-// Multipliers of a stage's rows, by what they hold against; those of the next link, where it has no rows beside it, are the slopes of
-// its cost to go.
+// Multipliers of a stage's rows; those of the next link, if it has no other rows, are the gradients of its
+// cost-to-go.
 void RiccatiKkt::take_multipliers(std::size_t k, const VectorXd& a, double* lambda) {
   Factor& f = factors_[k];
   VectorXd &slope = work_.slope, &of_link = work_.link;
@@ -185,7 +185,7 @@ void RiccatiKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, Vector
   }
 }
 
-// As sweep_back, of many right sides: a row of each matrix is one.
+// Like sweep_back, for many right sides, one row each.
 void RiccatiKkt::sweep_back(std::size_t k, const MatrixXd& a, const MatrixXd& b, const Sides* next,
                             Sides& to) const {
   const Factor& f = factors_[k];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the stage-wise solver refuses before it begins (interior_point.h).
+// Checks of the stage-wise solver before a solve (interior_point.h).
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@ namespace dyntape {
 
 [[noreturn]] void refuse_stages(const std::string& what);  // ArgumentError
 
-// ArgumentError for a start of another size, options out of range, and those that are Ipopt's alone.
+// Throws ArgumentError for a start of wrong size, options out of range, and options that only Ipopt has.
 void check_stage_options(const NlpShape& shape, const std::vector<double>& start,
                          const SolverOptions& options);
 
-// Whether some bound lies above its counterpart, or is no number.
+// Returns true if a lower bound is above its upper bound, or a bound is NaN.
 bool has_crossed_bounds(const NlpShape& shape);
 
 }  // namespace dyntape

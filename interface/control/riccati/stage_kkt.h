@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The linear systems of an interior-point method on a program whose variables stand in a chain of stages (NlpShape::stages).
+// The linear systems of an interior-point method for a program whose variables form a chain of stages
+// (NlpShape::stages).
 //
 //   StagewiseKkt kkt(shape);
 //   kkt.set(jacobian, hessian);                          // non-zeros, of the patterns of the shape
@@ -11,10 +12,12 @@
 //                sigma_s ds          -     dlambda       = right.s       (m), of inequalities
 //   J dx       - ds (inequalities)   - elastic dlambda   = right.c       (m)
 //
-// Variables with equal bounds do not move; rows without bounds have no multiplier.  Slacks and inequalities are solved for by
-// hand, what is left by RiccatiKkt; its rounding is then corrected by what the whole system is off by.
+// Variables with equal bounds do not move; rows without bounds have no multiplier.  Slacks and inequalities are
+// eliminated here, the rest is solved by RiccatiKkt.  Iterative refinement with the residual of the whole system
+// corrects rounding.
 //
-// Errors: ArgumentError for a row that ties stages that are no neighbours, or an inequality that ties two.
+// Errors.  ArgumentError: a row that couples stages that are not neighbours, or an inequality that couples two
+// stages.
 #pragma once
 
 #include <Eigen/Core>
@@ -44,16 +47,16 @@ class StagewiseKkt {
 
   RowKind kind(std::size_t row) const { return kind_[row]; }
   bool is_fixed(std::size_t variable) const { return place_[variable] < 0; }
-  bool fits() const;  // whether the shape's bounds make all rows and variables what they were made here
+  bool fits() const;  // true if the shape's bounds still match the structure of this system
 
   void set(const double* jacobian, const double* hessian);
   bool factor(const KktDiagonal& diagonal);
-  // Corrected until it is off by no more than `good` of the right side, or no better.
+  // Refines until the residual is at most `good` of the right side, or does not decrease.
   void solve(const KktVector& right, KktVector& step, double good = 1e-12);
-  // (variables of the first stage x held) d x / d x[held], by those of them that have equal bounds.
+  // (variables of the first stage x held) d x / d x[held], for variables `held` that have equal bounds.
   Eigen::MatrixXd follow(const std::vector<std::size_t>& held);
 
-  // y += J^T v and W v of the matrices that were set.
+  // y += J^T v and W v for the matrices of set().
   void add_transposed(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
   void add_hessian(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
 
@@ -79,19 +82,21 @@ class StagewiseKkt {
   void condensed_solve(const KktVector& right, KktVector& step);
 
   const NlpShape& shape_;
-  std::vector<std::size_t> begin_, stage_of_;  // of stages; of each variable
-  std::vector<Eigen::Index> place_, local_;    // of each variable in the chain and in its stage, -1: fixed
+  std::vector<std::size_t> begin_, stage_of_;  // first variable of each stage; stage of each variable
+  std::vector<Eigen::Index> place_,
+      local_;  // index of each variable in the chain and in its stage; -1: fixed
   std::vector<RowKind> kind_;
-  std::vector<std::size_t> row_stage_;   // of each row: the stage that it is a row or a link of
-  std::vector<Eigen::Index> row_place_;  // of each equality in the chain
+  std::vector<std::size_t> row_stage_;   // of each row: its stage, or the stage of its link
+  std::vector<Eigen::Index> row_place_;  // index of each equality in the chain
   std::vector<InequalityRow> inequalities_;
   std::vector<StageSizes> sizes_;
   std::optional<RiccatiKkt> chain_;
-  std::vector<double*> jacobian_to_;  // of each non-zero: its place in the chain, or nowhere
+  std::vector<double*> jacobian_to_;  // destination of each non-zero in the chain, or null
   std::vector<double> nowhere_ = {0};
-  std::vector<Entry> hessian_entries_;                      // off the diagonal
-  std::vector<Entry> diagonal_entries_, hessian_diagonal_;  // of each variable that moves; of non-zeros there
-  std::vector<std::size_t> fixed_, without_multiplier_;     // variables; rows
+  std::vector<Entry> hessian_entries_;  // off the diagonal
+  std::vector<Entry> diagonal_entries_,
+      hessian_diagonal_;  // of each variable that is not fixed; of non-zeros there
+  std::vector<std::size_t> fixed_, without_multiplier_;  // variables; rows
 
   Eigen::VectorXd J_, W_;  // non-zeros
   KktDiagonal diagonal_;

@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 
 constexpr double kOfLimit = 1e-7;  // of a value beside a limit that holds it
 
-// f of the stage whose last states are its parameters.
+// The function f of a stage whose last states are its parameters.
 StageFunction of_states(const StageFunction& f, Eigen::Index n_x) {
   if (f.empty()) return {};
   return [f, n_x](const auto& s) {
@@ -41,7 +41,7 @@ VectorXd one_after_other(const VectorXd& a, const VectorXd& b) {
   return all;
 }
 
-// The problem with its parameters as states of rate zero, behind its own.
+// The problem with its parameters as additional states of rate zero.
 Problem with_parameters_as_states(const Problem& problem) {
   check(problem);
   const Eigen::Index n_x = problem.n_x(), n_p = problem.parameters.size();
@@ -86,7 +86,7 @@ std::vector<double> spread(const std::vector<double>& values, const std::vector<
 }  // namespace
 
 struct MotionSensitivity::Made {
-  // Where variables and rows of the problem itself stand in the program with parameters as states.
+  // Indices of the problem's variables and rows in the program with parameters as states.
   struct Places {
     Eigen::Index own;            // states but a free duration: parameters stand behind them
     Eigen::Index n_x, n_p, n_z;  // of the problem: states, parameters, entries of a point
@@ -111,7 +111,7 @@ struct MotionSensitivity::Made {
     }
   };
 
-  // That program, its parameters held at every point and told by nobody.
+  // The program with its parameters fixed at every node.
   class HeldParameters : public StagedNlp {
    public:
     HeldParameters(const Problem& problem, const MeshOptions& mesh)
@@ -175,7 +175,7 @@ struct MotionSensitivity::Made {
         variables(program.places().variables()),
         rows(program.places().rows_of(Eigen::Index(program.shape().m()))) {}
 
-  // The solution as one of the program with parameters as states.
+  // The solution in the variables of the program with parameters as states.
   void check_sizes(const NlpSolution& s) const {
     const std::size_t n = variables.size(), m = rows.size();
     if (s.x.size() != n || s.lambda.size() != m || s.lower_multiplier.size() != n ||

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The course of one solve by differential dynamic programming (ddp.h), which says what it needs next and waits for it:
+// The algorithm of one solve by differential dynamic programming (ddp.h) as a coroutine that requests work and waits
+// for it:
 //
 //   DdpCourse course(options, work, lane);
 //   while (course.wish() != DdpWish::kNothing) {
-//     ...                                          // the work of its wish, together with that of other lanes
+//     ...                                          // do the requested work, together with that of other lanes
 //     course.go_on();
 //   }
 //   DdpSolution s = course.solution();
 //
-// Which problems go side by side, and who waits for whom, is the caller's, and changes nothing of the course.
+// The caller groups problems and their work in any way; this does not change the algorithm.
 #pragma once
 
 #include <memory>
@@ -25,18 +26,19 @@ enum class DdpWish { kNothing, kRollOut, kLinearise, kBackward };
 
 class DdpCourse {
  public:
-  // cost: of the motion that the work begins with, where that is known.
+  // cost: of the initial motion, if known.
   DdpCourse(const DdpOptions& options, DdpWork& work, int lane, std::optional<double> cost = {});
   ~DdpCourse();
   DdpCourse(DdpCourse&&) noexcept;
   DdpCourse& operator=(DdpCourse&&) noexcept;
 
   DdpWish wish() const;
-  // kRollOut: trials of these lengths, the first needed, those behind it of use in this order.  What was run is handed back, at least one.
+  // kRollOut: trial lengths; the first is required, the others are optional in this order.  Returns those that were
+  // run, at least one.
   const std::vector<double>& lengths() const;
   void set_costs(std::vector<double> costs);
   void go_on();
-  int accepted() const;  // after it went on from trials: which of them is its motion now; -1: none
+  int accepted() const;  // after trials: index of the accepted one; -1: none
 
   DdpSolution solution();  // at the end, once; without times
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What differential dynamic programming computes of one problem: its motion, rolled out, linearised, and the policy of the
-// Riccati recursion.  The course of the solve (ddp_course.h) says what is wanted next.
+// The computations of differential dynamic programming for one problem: simulation, linearisation, and the Riccati
+// recursion for the policy.  ddp_course.h is the algorithm that requests them.
 //
 //   DdpMotionWork work(problem, options, step, end);     // the functions of record_shooting(), compiled
-//   double cost = work.start();                          // the guess, or its roll-out
-//   work.linearise(), work.backward();                   // at(0) says what they found
-//   if (auto cost = work.roll_out(0.5)) work.accept();   // the motion of half the step is the motion now
+//   double cost = work.start();                          // the guess, or its simulation
+//   work.linearise(), work.backward();                   // results in at(0)
+//   if (auto cost = work.roll_out(0.5)) work.accept();   // makes the motion with half the step the current motion
 #pragma once
 
 #include <optional>
@@ -24,11 +24,11 @@ class DdpMotionWork final : public DdpWork {
   DdpMotionWork(const Problem& problem, const DdpOptions& options, const CompiledFunction& step,
                 const CompiledFunction& end);
 
-  // Its cost.  ArgumentError for a guess that does not fit, NumericalError where the functions are not finite.
+  // Returns the cost.  ArgumentError for a guess that does not fit, NumericalError if the functions are not finite.
   double start();
   void linearise();
   void backward();
-  std::optional<double> roll_out(double length);  // the trial's cost, where it is finite
+  std::optional<double> roll_out(double length);  // the trial's cost, if finite
   void accept() { std::swap(now_, trial_); }
 
   DdpState& at(int) override { return state_; }
@@ -59,7 +59,7 @@ class DdpMotionWork final : public DdpWork {
   EndCost end_;
   bool is_limited_;
   std::vector<StageColumns>& stages_;
-  std::vector<bool> has_secants_;  // (N) whether the last step took them
+  std::vector<bool> has_secants_;  // (N) true if the last step used secants
   Riccati riccati_;
   std::vector<LqrPolicy> policy_;
   Eigen::VectorXd at_end_, g_end_, weights_, of_stage_, work_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What differential dynamic programming (ddp.h) is told, and what it ends with:
+// Options and solution of differential dynamic programming (ddp.h).
 //
 //   DdpOptions options{.intervals = 100, .hessian = DdpHessian::kGaussNewton};
 //   if (s.success()) use(s.u, s.policy[k].K);             // u = u_k + K_k (x - x_k) at node k
@@ -26,8 +26,9 @@ enum class DdpStart { kRollOut, kNodes };
 enum class SensitivitiesOf { kNothing, kCost, kMotion };
 
 struct DdpIteration {
-  double cost, gap, slope;  // at its beginning: largest gap, largest projected slope by a control
-  double shift, length;     // that its step needed
+  double cost, gap,
+      slope;  // at its beginning: largest gap, largest projected gradient with respect to a control
+  double shift, length;  // regularization and length of its step
 };
 
 struct DdpOptions {
@@ -37,23 +38,24 @@ struct DdpOptions {
   DdpStart start = DdpStart::kRollOut;
   double tolerance = 1e-9;
   int max_iterations = 500;
-  CodegenOptions evaluation = {.lanes = Lanes::kNative};  // stages are linearised side by side
-  bool verify = true;  // finds integration_error, which may take longer than the solve
-  SensitivitiesOf sensitivities = SensitivitiesOf::kNothing;  // by parameters and start (DdpSensitivities)
-  double max_seconds = 1e6;                                   // of processor time of this thread
+  CodegenOptions evaluation = {.lanes = Lanes::kNative};  // stages are linearised in SIMD lanes
+  bool verify = true;  // compute integration_error, which may take longer than the solve
+  SensitivitiesOf sensitivities =
+      SensitivitiesOf::kNothing;  // derivatives with respect to parameters and start (DdpSensitivities)
+  double max_seconds = 1e6;       // of processor time of this thread
   std::stop_token stop = {};
-  std::function<void(const DdpIteration&)> watch = {};  // told of each iteration when it is over
+  std::function<void(const DdpIteration&)> watch = {};  // called after each iteration
 };
 
-// What a solution changes by, to first order.  Column j: by what entry j is changed by, the entries of the parameters in the order
-// of Parameters::entry_names(), or the states at the start.  Units: those of the row over those of the column.
+// First-order derivatives of a solution.  Column j is with respect to entry j of the parameters
+// (Parameters::entry_names()) or of the start.  Units: those of the row over those of the column.
 struct MotionDerivatives {
-  Eigen::MatrixXd x, u;  // (n_x (N + 1) x count), (n_u N x count): of node after node; empty of kCost
+  Eigen::MatrixXd x, u;  // (n_x (N + 1) x count), (n_u N x count): by nodes; empty with kCost
   Eigen::VectorXd cost;  // (count)
 };
 
-// A parameter is changed by the same number at all times; one that is a function of time is shifted.  NaN where the status says that
-// there are no derivatives (ddp_sensitivities.h).
+// A parameter changes by a constant at all times.  NaN if the status says that there are no derivatives
+// (ddp_sensitivities.h).
 struct DdpSensitivities {
   SensitivityStatus status = SensitivityStatus::kNotASolution;
   MotionDerivatives parameters, start;
@@ -66,21 +68,20 @@ struct DdpSolution {
   double cost = 0;
   Eigen::VectorXd t;               // (N + 1) s
   Eigen::MatrixXd x, u;            // (n_x x N + 1), (n_u x N)
-  std::vector<LqrPolicy> policy;   // (N), its k the last step's; zero before there was one
-  Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1); NaN before there was one
-  bool is_minimum =
-      false;  // solved, and every stage has a minimum: of the second order as well, as kExact alone knows
-  bool is_saddle = false;  // the cost falls along some change of the controls all the same
+  std::vector<LqrPolicy> policy;   // (N), its k of the last step; zero before the first step
+  Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1); NaN before the first step
+  bool is_minimum = false;  // solved, and every stage has a minimum: second order too, known with kExact only
+  bool is_saddle = false;   // true: the cost nevertheless decreases along some change of the controls
   std::vector<DdpIteration> iterations;
-  DdpSensitivities sensitivities;  // empty where they were not asked for
-  // Of a converged solve, if options.verify: the motion re-simulated with its held controls (verify.h).
+  DdpSensitivities sensitivities;  // empty unless requested
+  // For a converged solve with options.verify: the motion re-simulated with its constant controls (verify.h).
   std::optional<Verification> verification = {};
-  double integration_error = std::numeric_limits<double>::quiet_NaN();  // its worst_defect
-  double build_seconds = 0, seconds = 0;  // of recording and compiling; of the iterations
+  double integration_error = std::numeric_limits<double>::quiet_NaN();  // worst_defect of the verification
+  double build_seconds = 0, seconds = 0;                                // recording and compiling; iterations
 
   bool converged() const { return status == SolveStatus::kSolved && !is_saddle; }
-  // The verdict of all methods (solution.h): converged, and the motion is what its controls do and costs what the steps say.
-  // Without options.verify the same as converged().
+  // The verdict of all methods (solution.h): converged, and re-simulation reproduces motion and cost.  Without
+  // options.verify equal to converged().
   bool success() const { return converged() && (!verification || is_accurate(*verification, demands)); }
   VerifyOptions demands = {};
 };

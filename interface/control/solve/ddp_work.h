@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the course of a solve by differential dynamic programming (ddp_course.h) is told by those who compute, and what it asks of
-// them at once.  A lane is one of the problems that are solved side by side; lane 0 where there is one (ddp_motion.h).
+// The interface between the algorithm of differential dynamic programming (ddp_course.h) and its computations.  A
+// lane is one of several problems that are solved together; a single problem is lane 0 (ddp_motion.h).
 //
 //   DdpState& s = work.at(lane);
 //   s.shift = 1e-3;                          // of the next backward pass
@@ -15,23 +15,24 @@
 
 namespace dyntape {
 
-// What the next pass is told, and what the last one found.
+// Inputs of the next pass, and results of the last one.
 struct DdpState {
-  double shift = 0;           // backward pass: added to the curvature of the controls
+  double shift = 0;           // backward pass: regularization of the controls' curvature
   bool with_secants = false;  // backward pass
-  bool is_first = true;       // linearisation: there is nothing yet that secants could be learnt from
+  bool is_first = true;       // linearisation: no data for secants yet
 
   // Linearisation.
-  bool is_finite = false, help = false;  // the secants' help (stage_secants.h)
-  double cost = 0, gap = 0, gaps = 0;    // gap: the largest entry; gaps: the sum of all
+  bool is_finite = false, help = false;  // true: secants help (stage_secants.h)
+  double cost = 0, gap = 0, gaps = 0;    // gap: the largest entry; gaps: the sum
   double largest_x = 0, largest_u = 0;
   Eigen::VectorXd slopes,
-      sizes;  // (n_u) the largest that can be followed, and the largest of what they are made of
+      sizes;  // (n_u) the largest free gradient, and the largest of its terms
   // Backward pass.
   bool is_convex = false;
-  double step_size = 0, linear = 0, curved = 0;  // the largest step; what the cost is predicted to change by
+  double step_size = 0, linear = 0,
+         curved = 0;  // the largest step; the predicted change of the cost, first and second order
   int failed_stage = -1;
-  Eigen::MatrixXd failed;  // (n_u x n_u) the curvature by the controls there
+  Eigen::MatrixXd failed;  // (n_u x n_u) the controls' curvature that failed
 };
 
 struct DdpMotion {
@@ -45,10 +46,10 @@ class DdpWork {
 
   virtual DdpState& at(int lane) = 0;
   virtual DdpMotion motion(int lane) const = 0;
-  // In place of the last step: no feedback up to stage `last`, no gaps, and these changes of the controls (n_u x N).
+  // Replaces the last step: no feedback up to stage `last`, no gaps, and these changes of the controls (n_u x N).
   virtual void set_policy(int lane, int last, const Eigen::MatrixXd& k) = 0;
   virtual void set_policy(int lane, const std::vector<LqrPolicy>& policy) = 0;
-  // Costs of these changes of the controls (n_u x N each), where all of them can be run side by side at once; else none.
+  // Costs for these changes of the controls (n_u x N each), if all can be simulated in lanes; else empty.
   virtual std::vector<double> costs_of(int lane, const std::vector<Eigen::MatrixXd>& changes) {
     return (void)lane, (void)changes, std::vector<double>();
   }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where a solver may begin besides the guess: the motion that a problem makes by itself.
+// An alternative start for a solver: the motion that the problem makes with the controls of its guess.
 //
 //   solution.nlp = solve_or_let_go(nlp, start, options, [&] { return nlp.variables(*free_motion(nlp)); });
 //
-// A guess is often the line from the start to the goal.  Where that asks for forces beyond all limits, as of a pole that is to
-// hang still at an angle, a solver may end where no step lessens the violation, although a motion is near that falls and swings.
-#pragma once
+// A guess is often the straight line from start to goal.  If this line needs forces beyond all limits, e.g. a pole
+// at rest at an angle, a solver may stop where no step reduces the violation, although a falling and swinging motion
+// is near.
 
 #include <functional>
 #include <optional>
@@ -16,11 +16,12 @@
 
 namespace dyntape {
 
-// From the problem's start, by the controls of its guess within their bounds, at the points of the program; the error at a given
-// goal is taken off in proportion to time.  Nothing where the start is not given as a whole, or the motion breaks off.
+// Simulates from the problem's start with the controls of the guess, clamped to their bounds, at the points of the
+// program.  The error at a given goal is subtracted in proportion to time.  Returns nothing if the start is not
+// completely given, or the simulation fails.
 std::optional<Trajectory> free_motion(const StagedNlp& program);
 
-// solve_nlp from a start; where it gets stuck (solver_options.h), once more from `elsewhere`, if there is such a place.
+// solve_nlp from a start; if it fails (solver_options.h), again from `elsewhere`, if given.
 NlpSolution solve_or_let_go(Nlp& program, const std::vector<double>& start, const SolverOptions& options,
                             const std::function<std::optional<std::vector<double>>()>& elsewhere);
 

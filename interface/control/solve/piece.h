@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A piece of a course that may wait in its midst (a coroutine), called by others of its kind:
+// A coroutine that is part of an algorithm and may be awaited by other parts:
 //
 //   Piece<bool> leave() { ...; co_return true; }
 //   Piece<int> run() { if (co_await leave()) co_return 1; ... }
 //   Piece<int> whole = run();
-//   whole.handle().resume();            // until something it awaits lets it wait, or its end
-//   whole.result()                      // at its end; throws what ended it
+//   whole.handle().resume();            // runs until an awaited object suspends it, or to its end
+//   whole.result()                      // at its end; rethrows its exception
 #pragma once
 
 #include <coroutine>

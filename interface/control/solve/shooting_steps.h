@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The steps of a problem (record_shooting() in record_stage.h), one after another or linearised all at once.
+// The integration steps of a problem (record_shooting() in record_stage.h): run in sequence, or linearised all at
+// once.
 //
 //   ShootingSteps steps(step, problem, 100);
 //   double cost = steps.run(k, x.col(k), u.col(k), next);             // next = x', and int L dt
-//   if (steps.linearise(x, u)) ...                                    // finite: stages()[k].Ft, g; end of steps in ends()
-//   steps.curve(k, weights);                                          // stages()[k].H, by weights of (x', int L dt)
+//   if (steps.linearise(x, u)) ...                                    // finite: stages()[k].Ft, g; ends of the steps
+//                                                                     in ends()
+//   steps.curve(k, weights);                                          // stages()[k].H, with weights of (x', int L dt)
 //
-// A step that has residuals r has H = 2 R^T R, R their Jacobian, from linearise() on; curve() is then not to be called.
+// A step with residuals r has H = 2 R^T R, with R their Jacobian, after linearise(); do not call curve() then.
 //
-// Nothing is allocated after construction; one call at a time.
+// No allocation after construction.  Not thread-safe.
 #pragma once
 
 #include <functional>
@@ -25,29 +27,29 @@ namespace dyntape {
 
 class ShootingSteps {
  public:
-  // ArgumentError where a parameter has no value at some time.
+  // ArgumentError if a parameter has no value at some time.
   ShootingSteps(const CompiledFunction& step, const Problem& problem, int intervals);
 
   double run(int k, const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& u,
              Eigen::Ref<Eigen::VectorXd> next);
-  // As many motions as x has columns, in lanes: x becomes their ends, what is returned their running costs.  set(k, u) gives
-  // the controls of step k, a column a motion.
+  // Simulates as many motions as x has columns, in lanes.  x becomes their final states; returns their running
+  // costs.  set(k, u) sets the controls of step k, one column per motion.
   Eigen::VectorXd run_side_by_side(Eigen::MatrixXd& x,
                                    const std::function<void(int k, Eigen::MatrixXd& u)>& set);
   bool linearise(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u);  // (n_x x N or more), (n_u x N)
   void curve(int k, const Eigen::VectorXd& weights);  // (n_x + 1), at the point of the last linearise()
 
-  std::vector<StageColumns>& stages() { return stages_; }  // c and limits are the caller's
-  // With residuals: what the linearisation before the last one found.
+  std::vector<StageColumns>& stages() { return stages_; }  // the caller sets c and limits
+  // With residuals: results of the previous linearisation.
   const std::vector<StageSlopes>& before() const { return before_; }
   auto ends() const { return y_.topRows(n_x_); }  // (n_x x N) x' of the last linearise()
   bool has_residuals() const { return y_.rows() > n_x_ + 1; }
 
  private:
-  struct Run {  // non-zeros, and where their entries lie
+  struct Run {  // non-zeros, and the positions of their entries
     Eigen::Index from, to, count;
   };
-  struct Residual {  // its non-zeros, and from where on it lies in dense_; -1: it has few
+  struct Residual {  // non-zeros, and the offset in dense_; -1: sparse
     std::size_t begin, end;
     Eigen::Index dense;
   };
@@ -60,7 +62,7 @@ class ShootingSteps {
   CompiledFunction::Workspace one_, all_;
   Eigen::Index n_x_, n_z_;
   Eigen::MatrixXd parameters_;  // (2 + 3 n_p x N) t, h, p at the beginning, middle and end of each step
-  Eigen::MatrixXd z_, y_, J_;   // a column a step; J_: the non-zeros of the pattern
+  Eigen::MatrixXd z_, y_, J_;   // one column per step; J_: the non-zeros of the pattern
   std::vector<Run> of_F_, of_g_;
   std::vector<Residual> residuals_;
   Eigen::VectorXd dense_;  // gradients of residuals, padded (columns.h)
@@ -70,10 +72,10 @@ class ShootingSteps {
   std::vector<StageSlopes> before_;
 };
 
-// The motion of steps with controls held from node to node: x (n_x x N + 1), u (n_u x N).
+// The motion of steps with constant controls between nodes: x (n_x x N + 1), u (n_u x N).
 Trajectory held_motion(const Problem& problem, const Eigen::VectorXd& t, const Eigen::MatrixXd& x,
                        const Eigen::MatrixXd& u);
-// verify() of it, with `cost` as the steps add it up.
+// verify() of this motion, with `cost` the sum of the steps.
 Verification verify_steps(const Problem& problem, const Trajectory& motion, double cost,
                           const std::stop_token& stop = {});
 

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What Gauss-Newton's Hessian lacks, a stage at a time, learnt from the first derivatives that every iteration has anyway.
+// Secant approximations of the curvature that Gauss-Newton omits, for each stage, from the first derivatives of the
+// iterations.
 //
 //   secants.learn(stages, before, x, u, adjoint);   // after each linearisation; stages[k].H is Gauss-Newton's
-//   if (secants.help()) ... stages[k].H + secants.of_stage(k)   // without a promise that it is positive
+//   if (secants.help()) ... stages[k].H + secants.of_stage(k)   // may be indefinite
 //
-// Over a step s of a stage's (x, u) the slope of its Lagrangian, g + (A | B)^T lambda_{k+1}, changes by the true curvature times s.
-// S is changed by one rank so that (H + S) s is that change (SR1, with its rule of what is skipped in units of the steps); where S
-// foretold a change worse than its absence it begins anew.  Along the last step of all stages the curvature is known, so that it
-// is known as well whether H was far off, and S less: help().  Where H is good, S adds noise.
+// Over a step s of a stage's (x, u) the gradient of its Lagrangian, g + (A | B)^T lambda_{k+1}, changes by the true
+// curvature times s.  A rank-one update of S makes (H + S) s equal to this change (SR1, with its skipping rule in
+// units of the steps).  If S predicted a change worse than no S, it is reset.  Along the last step of all stages the
+// true curvature is known, and so are the errors of H and of H + S: help() is true if H was far off and S less.  If
+// H is accurate, S adds noise.
 //
-// Sources: J. Dennis, D. Gay, R. Welsch, ACM TOMS 7 (1981), NL2SOL: two models, the better is used; J. Nocedal, S. Wright,
-// Numerical Optimization, 6.2.
+// Sources: J. Dennis, D. Gay, R. Welsch, ACM TOMS 7 (1981), NL2SOL: two models, the better is used; J. Nocedal, S.
+// Wright, Numerical Optimization, 6.2.
 #pragma once
 
 #include <vector>
@@ -22,7 +24,7 @@ namespace dyntape {
 
 class StageSecants {
  public:
-  // adjoint: (n_x x N + 1), of the motion x, u that the stages were linearised at; before: what the linearisation before found.
+  // adjoint: (n_x x N + 1), for the motion x, u of the linearisation; before: the previous linearisation.
   void learn(const std::vector<StageColumns>& stages, const std::vector<StageSlopes>& before,
              const Eigen::MatrixXd& x, const Eigen::MatrixXd& u, const Eigen::MatrixXd& adjoint);
   bool help() const { return help_; }
@@ -41,8 +43,8 @@ class StageSecants {
   std::vector<Eigen::MatrixXd> S_;
   // Rows padded (columns.h).
   Eigen::MatrixXd z_, s_;      // (n_z x N) where they were linearised; the steps there
-  Eigen::VectorXd size_;       // (n_z) the largest step of each entry, behind them one
-  Eigen::VectorXd y_, r_, w_;  // what H misses, what H + S misses; work
+  Eigen::VectorXd size_;       // (n_z) the largest step of each entry; ones after them
+  Eigen::VectorXd y_, r_, w_;  // the errors of H and of H + S; work
   Eigen::VectorXd squares_, scaled_;
   bool help_ = false;
 };

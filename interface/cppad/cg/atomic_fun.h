@@ -3,11 +3,12 @@
 // Functions in recordings of CG<Base>.
 //
 //   CGAtomicFun<double> again(checkpoint_or_atomic, x);             // a function over AD<double>, in recordings of AD<CG<double>>
-//   CGAtomicFunBridge<double> bridge("name", f);                    // one that is recorded: ADFun<CG<double>>
+//   CGAtomicFunBridge<double> bridge("name", f);                    // a recorded function: ADFun<CG<double>>
 //   CGAtomicGenericModel<double>& of_model = model->asAtomic();     // a model, in recordings of AD<double>
 //
-// What is recorded or a model stands in the recording statement by statement, so that libraries compile it together with what is around it
-// and patterns are exact; it need not outlive the recording.  A function that the user wrote is a node, and libraries with it are interpreted.
+// Recorded functions and models enter a recording statement by statement: libraries compile them together with the
+// code around, patterns are exact, and the objects need not outlive the recording.  A function that the user wrote
+// by hand is one node; libraries with such a node are interpreted.
 #pragma once
 
 #include <set>
@@ -25,7 +26,7 @@ class CGAbstractAtomicFun : public atomic_base<CG<Base>> {
   using Sets = CppAD::vector<std::set<std::size_t>>;
   using atomic_base<CG<Base>>::atomic_base;
 
-  // Of the recorded function, whose arguments they do not depend on.
+  // These properties belong to the recorded function; they do not depend on the arguments.
   Sets jacobianForwardSparsitySet(std::size_t, const CppAD::vector<CG<Base>>&) {
     return jacobianSparsitySet<Sets, CG<Base>>(function());
   }
@@ -117,7 +118,7 @@ class CGAtomicFun : public CGAbstractAtomicFun<Base> {
   Inner* inner_;
 };
 
-// A recorded function under a name.
+// A recorded function with a name.
 template <class Base>
 class CGAtomicFunBridge : public CGAbstractAtomicFun<Base> {
  public:

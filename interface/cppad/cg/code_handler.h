@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// C of an expression, for reading or for other programs.
+// Writes an expression as C, for reading or for other programs.
 //
 //   CodeHandler<double> handler;
 //   CppAD::vector<CG<double>> x(2);
@@ -8,10 +8,11 @@
 //   CppAD::vector<CG<double>> J = f.Jacobian(x);                  // f: ADFun<CG<double>>
 //   LanguageC<double> language("double");
 //   LangCDefaultVariableNameGenerator<double> names;
-//   handler.generateCode(std::cout, language, J, names);          // { ... y[0] = t3; ... }, to stand in a function of the user's
+//   handler.generateCode(std::cout, language, J, names);          // { ... y[0] = t3; ... }, the body of a function of yours
 //
-// The text is one block, which reads x[] and writes y[]; LangCDefaultVariableNameGenerator("out", "in") calls them otherwise.  After
-// language.setGenerateFunction("name") it is a complete function, as codegen/print/print_embedded.h prints it.
+// The text is one block that reads x[] and writes y[]; LangCDefaultVariableNameGenerator("out", "in") renames them.
+// After language.setGenerateFunction("name") the text is a complete function, as printed by
+// codegen/print/print_embedded.h.
 #pragma once
 
 #include <ostream>

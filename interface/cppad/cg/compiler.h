@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Which compiler libraries are made with, and its flags, by CppADCodeGen's classes; and C of the user's as a shared library.
+// CppADCodeGen's classes for the compiler of libraries and its flags; also compiles C of the user to a shared
+// library.
 //
 //   GccCompiler<double> compiler;
 //   compiler.compileSources({{"area.c", "double area(double r) { return 3 * r * r; }"}}, true);
 //   compiler.buildDynamic("folder/libarea.so");
 //
-// For libraries of models flags of levels, processors, warnings and macros are passed on; what links and where sources lie is the cache's.
+// For libraries of models, flags of levels, processors, warnings and macros are passed on.  The cache decides about
+// linking and folders of sources.
 #pragma once
 
 #include <map>
@@ -16,7 +18,7 @@
 
 namespace CppAD::inline dyntape_names::cg {
 
-// What is the same for all bases; in compiler.cpp.
+// The part that is the same for all bases (compiler.cpp).
 class CompilerOfC {
  public:
   using Flags = std::vector<std::string>;
@@ -44,7 +46,7 @@ class CompilerOfC {
   bool isVerbose() const { return verbose_; }
   void setVerbose(bool yes) { verbose_ = yes; }
 
-  // Compiles texts, by the names of their files, to objects in the temporary folder.  ToolError with what the compiler says.
+  // Compiles texts, given by file name, to objects in the temporary folder.  ToolError with the compiler's message.
   void compileSources(const std::map<std::string, std::string>& sources, bool position_independent);
   // Makes a shared library of all objects.
   void buildDynamic(const std::string& library);

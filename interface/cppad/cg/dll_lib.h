@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// C files as a shared library, and the functions in one, by CppAD's names.
+// Compiles C files to a shared library and loads its functions, by CppAD's names.
 //
-//   std::string error = create_dll_lib("./f.so", std::vector<std::string>{"f.c"}, {});      // empty: it is there
+//   std::string error = create_dll_lib("./f.so", std::vector<std::string>{"f.c"}, {});      // empty: no error
 //   link_dll_lib library("./f.so", error);
 //   const auto f = reinterpret_cast<jit_double>(library("cppad_jit_f", error));
 //

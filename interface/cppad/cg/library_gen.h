@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// From functions to libraries of models, by CppADCodeGen's classes (cg.h).
+// Makes libraries of models from functions, by CppADCodeGen's classes (cg.h).
 //
-// A library is known to the cache by what it computes, so that createDynamicLibrary is at once there where the same was compiled before,
-// in any program: there is no file to name, to look for or to grow stale.  Options that tune CppADCodeGen's C (numbers of assignments, digits of
-// parameters, passes that are reused) are taken and change nothing: constants are exact, and long functions are cut anyway.
+// The cache identifies a library by its content.  If any program compiled the same library before,
+// createDynamicLibrary loads it from the cache; there is no file to name or to update.  Options that tune
+// CppADCodeGen's C (numbers of assignments, digits of parameters, reuse of passes) are accepted and have no effect:
+// constants are exact, and long functions are always cut.
 #pragma once
 
 #include <map>
@@ -108,12 +109,12 @@ class ModelLibraryCSourceGen {
   }
   MultiThreadingType getMultiThreading() const {
     return threading_;
-  }  // models may be shared by threads anyway
+  }  // threads may share models with any setting
   void setMultiThreading(MultiThreadingType threading) { threading_ = threading; }
   void setVerbose(bool yes) { verbose_ = yes; }
   bool isVerbose() const { return verbose_; }
   const std::vector<ModelCSourceGen<Base>*>& getModels() const { return models_; }
-  // A C file a model, with its derivatives.
+  // Writes one C file for each model, with its derivatives.
   void saveSources(const std::string& folder) const;
 
  private:
@@ -139,13 +140,13 @@ class SaveFilesModelLibraryProcessor {
   ModelLibraryCSourceGen<Base>& sources_;
 };
 
-// Loaded models.  A call of theirs runs on the thread that makes it: the settings of threads are kept, and change nothing.
+// Loaded models.  A call of a model runs in the calling thread; settings of threads are stored and have no effect.
 template <class Base>
 class DynamicLib {
  public:
   explicit DynamicLib(std::map<std::string, std::shared_ptr<const ModelState>> models)
       : models_(std::move(models)) {}
-  // CppADCodeGen's way to a file of an earlier run.
+  // CppADCodeGen's call for a file of an earlier run; always ArgumentError.
   explicit DynamicLib(const std::string& path) {
     detail::refuse(
         "LinuxDynamicLib: \"" + path +
@@ -209,7 +210,7 @@ class DynamicModelLibraryProcessor {
 
   const std::string& getLibraryName() const { return name_; }
   void setLibraryName(const std::string& name) { name_ = name; }
-  // Taken, and without effect: no file has the library's name.
+  // Accepted without effect: no file has the library's name.
   const std::string* getCustomLibraryExtension() const { return extension_.get(); }
   void setCustomLibraryExtension(const std::string& extension) {
     extension_ = std::make_unique<std::string>(extension);
@@ -217,7 +218,7 @@ class DynamicModelLibraryProcessor {
   void removeCustomLibraryExtension() { extension_.reset(); }
   std::map<std::string, std::string>& getOptions() { return options_; }
   const std::map<std::string, std::string>& getOptions() const { return options_; }
-  // Compiled, or from the cache, and loaded.
+  // Compiles the models, or takes them from the cache, and loads them.
   std::unique_ptr<DynamicLib<Base>> createDynamicLibrary(AbstractCCompiler<Base>& compiler,
                                                          bool loadLib = true);
 

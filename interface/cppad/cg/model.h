@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A model of a library: values and derivatives by compiled kernels (cg.h).
+// A model of a library: computes values and derivatives by compiled kernels (cg.h).
 //
 //   std::vector<double> y = model->ForwardZero(x), J = model->Jacobian(x), H = model->Hessian(x, w);
-//   model->SparseHessian(x, w, values, rows, cols);      // both triangles, or the elements that were asked for
+//   model->SparseHessian(x, w, values, rows, cols);      // both triangles, or the selected elements
 //
-// What was not created throws, and says which setCreate... does.
+// Calls throw if the library has no such derivative; the message names the setCreate... call to add.
 #pragma once
 
 #include <memory>
@@ -25,7 +25,7 @@ namespace CppAD::inline dyntape_names::cg {
 template <class Base>
 using CG = AD<Base>;
 
-// A part of somebody's array.
+// A view of a part of an array.
 template <class Type>
 class ArrayView {
  public:
@@ -97,10 +97,10 @@ class GenericModel {
   const std::string& getName() const;
   std::size_t Domain() const;
   std::size_t Range() const;
-  // The function that was recorded, and the same for other recordings (atomic_fun.h).
+  // The recorded function, and the same function for other recordings (atomic_fun.h).
   std::shared_ptr<detail::Fun<Base>> recorded() const;
   CGAtomicGenericModel<Base>& asAtomic();
-  // Whatever a model calls is part of it: there is nothing to add, and nothing added is called.
+  // A model contains the functions that it calls: these calls add nothing.
   std::vector<std::string> getAtomicFunctionNames() const { return {}; }
   bool addAtomicFunction(atomic_base<Base>&) { return false; }
   bool addExternalModel(GenericModel&) { return false; }

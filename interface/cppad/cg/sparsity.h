@@ -2,7 +2,7 @@
 //
 // CppADCodeGen's functions of sparsity patterns.
 //
-//   auto sets = jacobianSparsitySet<std::vector<std::set<size_t>>, double>(f);      // a set a row
+//   auto sets = jacobianSparsitySet<std::vector<std::set<size_t>>, double>(f);      // one set for each row
 //   auto bools = hessianSparsity<std::vector<bool>, double>(f);                     // of the sum of the results, row by row
 //   generateSparsityIndexes(sets, rows, cols);
 #pragma once

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Entries of a matrix that are asked for, and which of its columns are swept together.
+// The requested entries of a matrix, and the groups of columns that share a sweep.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@ struct Entries {
   std::vector<std::size_t> row, col;
 };
 
-// Groups of columns (or rows) that a sweep may take together, kept between calls: the pattern is read by the first only.
+// Groups of columns (or rows) that share a sweep, stored between calls.  Only the first call reads the pattern.
 struct Colors {
   struct Source {  // entry `entry` is what the sweep finds at `at`
     std::size_t entry, at;
   };
   std::vector<std::size_t> color;  // of each column; SIZE_MAX: in no sweep
   std::vector<std::vector<Source>>
-      sources;  // of each color; entries beyond the pattern have none, and are zero
+      sources;  // of each color; entries outside the pattern have no source, and are zero
   std::size_t entries = 0;
 
   bool empty() const { return color.empty(); }

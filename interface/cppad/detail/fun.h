@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What ADFun does, for vectors of one type: the templates of ad_fun.h convert theirs. Compiled once for each base (fun.cpp).
+// The implementation of ADFun for std::vector; the templates of ad_fun.h convert other vectors.  Compiled once for
+// each base (fun.cpp).
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Patterns and groups of columns, for fun.hxx.
+// Patterns, and groups of columns that share a sweep, for fun.hxx.
 #pragma once
 
 #include <dyntape/autodiff/graph/function.h>
@@ -10,23 +10,26 @@
 
 namespace CppAD::inline dyntape_names::detail {
 
-// Which of the first `range` outputs have a slope in which variables, or depend on them in any way: also by a comparison, a sign or a step.
+// The variables in which the first `range` outputs have a slope; with `dependency`, also the variables that they
+// depend on by a comparison, a sign or a step.
 Pattern first_order_pattern(const Function& function, std::size_t range, bool dependency,
                             const Kernels& kernels);
-// Of the sum of some outputs, both triangles.  Of a kernel that does not say: all pairs.
+// The Hessian pattern of the sum of some outputs, both triangles.  A kernel without a pattern counts as all pairs.
 Pattern second_order_pattern(const Function& function, std::size_t range, const std::vector<bool>& of_range,
                              const Kernels& kernels);
-// The same function, with patterns in its kernels: for derivation.
+// The same function with patterns in its kernels, for derivation.
 Function with_patterns(const Function& function, const Kernels& kernels);
-// Groups the columns of the entries (or their rows): those that meet in no row of the pattern share a group.  ArgumentError if the pattern
-// is not n_rows x n_cols.  Groups that there are already are kept, and the pattern is not read; ArgumentError if they are of other entries.
+// Groups the columns of the entries (or the rows): columns that share no row of the pattern share a group.  If
+// `colors` has groups, keeps these and does not read the pattern.  ArgumentError: the pattern is not n_rows x
+// n_cols, or the given groups belong to other entries.
 void color_lines(const char* what, const Entries& entries, const Pattern& pattern, std::size_t n_rows,
                  std::size_t n_cols, bool rows, Colors& colors);
-// The same for a symmetric matrix of n columns, of which an entry is found in its own column or, mirrored, in that of its row.
+// The same for a symmetric matrix of n columns: an entry is found in its own column, or mirrored in the column of
+// its row.
 void color_symmetric(const char* what, const Entries& entries, const Pattern& pattern, std::size_t n,
                      Colors& colors);
 RecordingSizes count_sizes(const Function& function, const std::vector<Print>& prints);
-// Which of the first `range` outputs depend on no variable.
+// Whether each of the first `range` outputs depends on no variable.
 std::vector<bool> parameters_of(const Function& function, std::size_t range);
 
 }  // namespace CppAD::inline dyntape_names::detail

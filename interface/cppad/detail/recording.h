@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a recording of the CppAD layer makes: a function of the project and what CppAD keeps beside it.  Between ad_fun.h and
-// its sources.
+// The result of a recording in the CppAD layer: a function of the project, and the data that CppAD stores with it.
+// Internal: shared by ad_fun.h and its sources.
 #pragma once
 
 #include <iosfwd>

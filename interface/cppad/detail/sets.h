@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Patterns as sets, a row each: what the sparse calls turn the vectors of users into.
+// Patterns as sets, one set for each row.  The sparse calls convert the user's vectors to these.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The recording that a thread has open over a base, for recorded.cpp.
+// The open recording of a thread over a base, for recorded.cpp.
 #pragma once
 
 #include <cstring>

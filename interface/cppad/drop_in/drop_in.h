@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What <cppad/cppad.hpp> and every other header of CppAD's is, where a program is compiled against the drop-in folder: the names of cppad.h,
-// the macros of <cppad/drop_in/configure.hpp>, and the standard headers that programs expect CppAD to bring.
+// The content of <cppad/cppad.hpp> and of CppAD's other headers in the drop-in folder: the names of cppad.h, the
+// macros of <cppad/drop_in/configure.hpp>, and the standard headers that programs expect CppAD to include.
 //
 //   #include <cppad/cppad.hpp>                // target_link_libraries(program PRIVATE dyntape::cppad_drop_in)
 //
-// A program has either CppAD's own headers or these.
+// A program uses either CppAD's own headers or these, not both.
 #pragma once
 
 #if defined(CPPAD_CPPAD_HPP) || defined(CPPAD_CORE_AD_HPP) || defined(CPPAD_CG_INCLUDED) || \

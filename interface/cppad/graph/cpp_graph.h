@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A recorded function as a list of operators, in CppAD's C++ and JSON formats: to read and write functions of other programs.
+// A recorded function as a list of operators, in CppAD's C++ and JSON formats.  Use it to exchange functions with
+// other programs.
 //
 //   cpp_graph graph;
 //   f.to_graph(graph);                                 // f: ADFun<double>
@@ -8,13 +9,13 @@
 //   g.from_graph(graph);
 //   g.from_json(f.to_json());
 //
-// Nodes are numbered from 1: dynamic parameters, variables, constants, and the results of the operators in their order.  operator_arg holds
-// the arguments of all operators, one after the other:
+// Nodes are numbered from 1: dynamic parameters, variables, constants, and the results of the operators in order.
+// operator_arg holds the arguments of all operators, one after the other:
 //   unary, binary, cexp_*   nodes (1, 2, 4: left, right, if true, if false)
-//   comp_*                  two nodes whose comparison was true when it was recorded; no result
-//   sum                     how many, nodes
-//   discrete                index of its name, node
-//   atom, atom4             index of its name, (atom4: call id,) how many results, how many arguments, nodes
+//   comp_*                  two nodes whose comparison was true at the recording point; no result
+//   sum                     the number of nodes, then the nodes
+//   discrete                index of the name, node
+//   atom, atom4             index of the name, (atom4: call id,) number of results, number of arguments, nodes
 //   print                   indices of the texts before and after, nodes of the flag and the value; no result
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Hessians times directions, several directions at a time: graph to graph, for detail/fun_derivatives.hxx.
+// Builds the graph of Hessians times directions, several directions at a time, for detail/fun_derivatives.hxx.
 #pragma once
 
 #include <cstddef>

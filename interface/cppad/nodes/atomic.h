@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Functions that the user writes by hand, as one node of a recording: by their Taylor coefficients of every order that is asked for.
+// Functions that the user writes by hand: each call is one node of a recording.  The user gives their Taylor
+// coefficients, of every order that a program needs.
 //
 //   class Square : public atomic_four<double> {
 //    public:
@@ -11,9 +12,12 @@
 //   } square;
 //   square(ax, ay);
 //
-// tx[j (up + 1) + k] is coefficient k of x[j].  A member that gives false, as those that are not overridden do, is an ArgumentError
-// that names function and order, when it is needed.  The object outlives the functions that use it; if not, that is said.  Patterns
-// come from jac_sparsity, or are full; the rest of CppAD's members may be overridden, and nobody needs them.
+// tx[j (up + 1) + k] is coefficient k of x[j].  Patterns come from jac_sparsity and hes_sparsity; without these
+// members the patterns are full.  for_type gives the types of the results.  rev_depend may be overridden, but is
+// never called.
+//
+// The object must outlive the functions that use it; otherwise an error says so.  ArgumentError, with name and
+// order: an evaluation needs a member that is not overridden or that returns false.
 #pragma once
 
 #include <memory>
@@ -28,7 +32,7 @@ enum ad_type_enum { identical_zero_enum, constant_enum, dynamic_enum, variable_e
 
 namespace detail {
 
-// One call of an atomic function: what its arguments were when it was recorded.
+// One call of an atomic function, with its arguments at the recording point.
 template <class Base>
 struct AtomicCall {
   std::size_t id = 0, n_out = 0;
@@ -51,7 +55,8 @@ struct AtomicCall {
   }
 };
 
-// What the generations have in common, by vectors of coefficients.  A member that gives false does not know.
+// The common base of the generations, by vectors of coefficients.  A member returns false if it does not know the
+// result.
 template <class Base>
 class AtomicFunction {
  public:
@@ -68,9 +73,10 @@ class AtomicFunction {
 
   const std::string& atomic_name() const { return name_; }
 
-  // A function that is recorded: calls stand in other recordings statement by statement. Null: a call is one node.
+  // The function, if it is recorded: its calls enter other recordings statement by statement.  Null: a call is one
+  // node.
   virtual std::shared_ptr<Fun<Base>> recorded() { return nullptr; }
-  // The function of doubles that this one stands for, in recordings of recorded values; null: none.
+  // The function of doubles that this function represents in recordings of recorded values; null: none.
   virtual AtomicFunction<double>* of_doubles() { return nullptr; }
 
   virtual bool result_types(const Call&, vector<ad_type_enum>&) { return false; }
@@ -82,12 +88,13 @@ class AtomicFunction {
                         vector<Base>& px, const vector<Base>& py) = 0;
   virtual bool adjoints(const Call& call, std::size_t up, const vector<AD<Base>>& tx,
                         const vector<AD<Base>>& ty, vector<AD<Base>>& px, const vector<AD<Base>>& py) = 0;
-  // Entries of the Jacobian or of all dependencies, and of the Hessian of output i (both triangles).  Asked for by patterns only.
+  // Entries of the Jacobian (or of all dependencies), and of the Hessian of output i (both triangles).  Called for
+  // patterns only.
   virtual bool jacobian_entries(const Call&, bool /*dependency*/, Sparsity&) { return false; }
   virtual bool hessian_entries(const Call&, std::size_t, Sparsity&) { return false; }
 
   const std::shared_ptr<AtomicFunction*>& alive() const { return alive_; }
-  // y = f(x), recorded where x is.
+  // y = f(x), in the recording of x.
   std::vector<AD<Base>> call(std::size_t call_id, const std::vector<AD<Base>>& x, std::size_t m);
 
  protected:
@@ -99,10 +106,10 @@ class AtomicFunction {
 
  private:
   std::string name_;
-  std::shared_ptr<AtomicFunction*> alive_;  // to null when it goes
+  std::shared_ptr<AtomicFunction*> alive_;  // set to null by the destructor
 };
 
-// The bridge from these members to those of a generation, for numbers of the type S.
+// Implements these members by those of a generation, for numbers of type S.
 #define DYNTAPE_ATOMIC_NUMBERS(S, forward_call, reverse_call)                                              \
   bool coefficients(const Call& call, std::size_t low, std::size_t up, const vector<S>& tx, vector<S>& ty) \
       override {                                                                                           \
@@ -244,7 +251,7 @@ class atomic_three : public detail::AtomicFunction<Base> {
     for (std::size_t j = 0; j < x.size(); ++j) x[j] = tx[j * (up + 1)];
     return x;
   }
-  // This generation has no type of its own for zeros.
+  // This generation has no type for zeros.
   static Types types_of(const Call& call) {
     Types types = call.types;
     for (auto& type : types) type = type == identical_zero_enum ? constant_enum : type;
@@ -272,14 +279,14 @@ class atomic_three : public detail::AtomicFunction<Base> {
 };
 
 namespace detail {
-// A function of one number without slope, as one node; `of` lives as long as the program.
+// Calls a function of one number without slope, as one node; `of` lives as long as the program.
 template <class Base>
 AD<Base> discrete_call(const char* name, Base (*of)(const Base&), const AD<Base>& x);
 }  // namespace detail
 
 }  // namespace CppAD::inline dyntape_names
 
-// Makes of Base name(const Base&) a function of AD<Base>: steps and tables, whose derivatives are zero.
+// Makes a function of AD<Base> from Base name(const Base&): a step or a table, with derivative zero.
 #define CPPAD_DISCRETE_FUNCTION(Base, name)                       \
   inline ::CppAD::AD<Base> name(const ::CppAD::AD<Base>& x) {     \
     return ::CppAD::detail::discrete_call<Base>(#name, &name, x); \

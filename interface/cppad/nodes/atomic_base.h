@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Atomic functions of the second generation, with patterns as vectors of sets or of bools (atomic.h has the others).
+// Atomic functions of CppAD's second generation, with patterns as vectors of sets or of bools.  Later generations
+// are in atomic.h.
 //
 //   class Square : public atomic_base<double> {
 //     bool forward(size_t p, size_t q, const vector<bool>& vx, vector<bool>& vy, const vector<double>& tx, vector<double>& ty) override;
@@ -44,7 +45,8 @@ class atomic_base : public detail::AtomicFunction<Base> {
   DYNTAPE_ATOMIC_TWO(AD<Base>)
 #undef DYNTAPE_ATOMIC_TWO
 
-  // s = J r, (n q) to (m q); the transpose of s = r J by columns; the Hessian h (n n) of s . f; and v = J^T u + (s . f)'' r.
+  // s = J r, (n q) to (m q); the transpose of s = r J by columns; the Hessian h (n n) of s . f; and v = J^T u + (s .
+  // f)'' r.
 #define DYNTAPE_ATOMIC_TWO(Set)                                                                              \
   virtual bool for_sparse_jac(std::size_t, const Set&, Set&) { return false; }                               \
   virtual bool for_sparse_jac(std::size_t q, const Set& r, Set& s, const vector<Base>&) {                    \

@@ -2,12 +2,13 @@
 //
 // Functions that are recorded once and used in other recordings.
 //
-//   checkpoint<double> once("once", algo, ax, ay);       // algo(ax, ay), recorded here
-//   chkpoint_two<double> again(f, "again");              // of a function that there is
+//   checkpoint<double> once("once", algo, ax, ay);       // records algo(ax, ay) here
+//   chkpoint_two<double> again(f, "again");              // of an existing function
 //   once(au, av);                                        // in any recording, or outside
 //
-// A call records the function's statements, so that equal ones are shared with everything around.  Of a function with dynamic parameters it
-// records one node, which takes the parameters of the last new_dynamic() whenever it is evaluated; the checkpoint has to outlive it.
+// A call records the function's statements, so that equal statements are shared with the code around.  If the
+// function has dynamic parameters, a call records one node, which takes the parameters of the last new_dynamic() at
+// each evaluation; the checkpoint must outlive the node.
 #pragma once
 
 #include <string>
@@ -16,17 +17,18 @@
 
 namespace CppAD::inline dyntape_names {
 
-// Of a function that there is, with atomic_three's types.
+// A checkpoint of an existing function, with atomic_three's types.
 template <class Base>
 class chkpoint_two : public atomic_three<Base> {
  public:
-  // What follows the name chooses in CppAD how derivatives are found; here they are derived.
+  // CppAD's further arguments choose how to find derivatives; here derivatives are derived, and the arguments have
+  // no effect.
   chkpoint_two(const ADFun<Base>& f, const std::string& name, bool = false, bool = true, bool = true,
                bool = false)
       : atomic_three<Base>(name) {
     f_ = f;
   }
-  // Parameters of all calls, recorded before or after.
+  // Sets the parameters of all calls, recorded before or after.
   template <class Vector>
   void new_dynamic(const Vector& p) {
     f_.new_dynamic(p);
@@ -80,13 +82,14 @@ class chkpoint_two : public atomic_three<Base> {
   ADFun<Base> f_;
 };
 
-// Of an algorithm, which is recorded here.
+// A checkpoint of an algorithm, recorded by the constructor.
 template <class Base>
 class checkpoint : public atomic_base<Base> {
  public:
   using option_enum = typename atomic_base<Base>::option_enum;
 
-  // What follows ay chooses in CppAD how patterns are found; here they are derived.
+  // CppAD's further arguments choose how to find patterns; here patterns are derived, and the arguments have no
+  // effect.
   template <class Algo, class ADVector>
   checkpoint(const char* name, Algo& algo, const ADVector& ax, ADVector& ay, option_enum = {}, bool = true)
       : atomic_base<Base>(name) {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// An array whose index may be recorded.
+// An array whose index may be a recorded value.
 //
 //   VecAD<double> table(3);
 //   table[size_t(0)] = 1.0;                        // before or in a recording
-//   AD<double> y = table[ax[0]];                   // the element at the integer part of ax[0], whatever it is when evaluated
-//   table[ax[0]] = ax[1];                          // and everything that is read afterwards knows
+//   AD<double> y = table[ax[0]];                   // the element at the integer part of ax[0] at evaluation
+//   table[ax[0]] = ax[1];                          // later reads see the new element
 //
-// An access by a recorded index is a condition on each element: linear in their number.  An index that leaves the array reads element 0
-// and writes nothing; at the recording point it is an ArgumentError.
+// An access by a recorded index records a condition on each element: the cost is linear in the number of elements.
+// At evaluation, an index outside the array reads element 0 and writes nothing.  ArgumentError: an index outside the
+// array at the recording point.
 #pragma once
 
 #include <string>

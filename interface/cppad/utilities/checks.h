@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Checks that templates make of their types, and of a recorded function against the code that it was recorded from.
+// Checks of template types, and of a recorded function against the code that it was recorded from.
 //
-//   CheckSimpleVector<double, Vector>();            // size(), resize(), [], value_type: it compiles, and does what it says
+//   CheckSimpleVector<double, Vector>();            // size(), resize(), [], value_type exist and work
 //   CheckNumericType<Type>();                       // + - * / += -= *= /= and construction from int
 //   FunCheck(f, g, x, 1e-10, 1e-10)                 // whether f.Forward(0, x) is nearly g(x)
 #pragma once

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What happens when a call of this layer is refused: an exception (autodiff/error.h), or what a program asks for instead.
+// Handles errors of this layer's calls: by an exception (autodiff/error.h), or by a handler that the program
+// installs.
 //
 //   void handler(bool known, int line, const char* file, const char* exp, const char* msg);   // throws, or ends the program
-//   CppAD::ErrorHandler info(handler);                    // of this thread, until info is destroyed
-//   CPPAD_ASSERT_KNOWN(n > 0, "there are no entries");    // in every build
+//   CppAD::ErrorHandler info(handler);                    // in this thread, until info is destroyed
+//   CPPAD_ASSERT_KNOWN(n > 0, "there are no entries");    // checked in every build
 #pragma once
 
 namespace CppAD::inline dyntape_names {
@@ -18,7 +19,8 @@ class ErrorHandler {
   ErrorHandler& operator=(const ErrorHandler&) = delete;
   ~ErrorHandler();
 
-  // Calls the handler of this thread; without one, or if it returns, throws ArgumentError with the place and the message.
+  // Calls the handler of this thread.  If there is none, or if it returns, throws ArgumentError with place and
+  // message.
   [[noreturn]] static void Call(bool known, int line, const char* file, const char* exp, const char* msg);
 
  private:

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Stiff differential equations x' = f(t, x) by Gear's multi-step method, of numbers.
+// Solves stiff differential equations x' = f(t, x) by Gear's multi-step method, for numbers.
 //
 //   struct { void Ode(t, x, f); void Ode_dep(t, x, f_x); } F;        // f (n) and its Jacobian f_x (n n), row by row
 //   OdeGear(F, m, n, T, X, e);                                       // one step, from T[0] ... T[m - 1] to T[m]
 //   Vector xf = OdeGearControl(F, M, ti, tf, xi, smin, smax, sini, eabs, erel, ef, maxabs, nstep);
 //
-// The solution is the polynomial of degree m through the m points before whose slope at T[m] is f there (Gear 1971: backward
-// differentiation with variable steps).
+// Formula: the solution is the polynomial of degree m through the m previous points with slope f at T[m] (Gear 1971:
+// backward differentiation with variable steps).
 #pragma once
 
 #include <string>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Linear equations by L U with pivots, of numbers or recorded values, matrices row by row.
+// Solves linear equations by L U with pivots, for numbers or recorded values; matrices are row by row.
 //
 //   Scalar logdet;
 //   const int sign = LuSolve(n, m, A, B, X, logdet);       // A X = B; det A = sign exp(logdet); 0: singular
 //
-// Pivots are those of the recording point, and leave no guard.
+// The pivots of recorded values are those of the recording point; they leave no guard.
 #pragma once
 
 #include <string>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Whether two numbers are equal but for rounding.
+// Checks whether two numbers are equal up to rounding.
 //
-//   NearEqual(x, y, r, a)      // |x - y| <= a, or |x - y| <= r (|x| + |y|); false for what is not finite
+//   NearEqual(x, y, r, a)      // |x - y| <= a, or |x - y| <= r (|x| + |y|); false for NaN and infinity
 #pragma once
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Differential equations x' = f(t, x), of numbers or recorded values.
+// Solves differential equations x' = f(t, x), for numbers or recorded values.
 //
 //   struct { void Ode(const Float& t, const Vector& x, Vector& f) { ... } } F;
 //   Vector xf = Runge45(F, M, ti, tf, xi, e);                 // M steps of order five; e bounds the error

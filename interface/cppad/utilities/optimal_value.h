@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Derivatives of the optimal value V(x) = F(x, Y(x)), where Y(x) solves dF/dy = 0 or equations H(x, y) = 0 that imply it.
+// Differentiates the optimal value V(x) = F(x, Y(x)), where Y(x) solves dF/dy = 0, or equations H(x, y) = 0 that
+// imply dF/dy = 0.
 //
 //   BenderQuad(x, y, fun, g, gx, gxx);                        // fun: f(x, y), h(x, y), dy(x, y, h) = -H_y^-1 h
 //   int sign = opt_val_hes(x, y, fun, jac, hes);              // fun: ell(), s(k, x, y), sy(k, x, y); F = sum of the s_k
 //
-// Formulas: one Newton step Y + dy is Y(x) to first order in x, and as F_y = 0 there, F of it is V to second order; the Hessian is
-// F_xx - F_xy F_yy^-1 F_yx (Bell and Burke, Algorithmic Differentiation of Implicit Functions and Optimal Values, 2008).
+// Formulas (Bell and Burke, Algorithmic Differentiation of Implicit Functions and Optimal Values, 2008): one Newton
+// step Y + dy is Y(x) to first order in x.  Because F_y = 0 at that point, F(x, Y + dy) is V to second order.  The
+// Hessian is F_xx - F_xy F_yy^-1 F_yx.
 #pragma once
 
 #include <dyntape/interface/cppad/ad_fun.h>

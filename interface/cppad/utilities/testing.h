@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How CppAD's programs measure and report themselves.
+// CppAD's functions for programs that measure speed and report tests.
 //
 //   double seconds = time_test(test, 0.1);                 // void test(size_t repeat): seconds of one repetition
 //   vector<size_t> rates = speed_test(test, sizes, 0.1);   // void test(size_t size, size_t repeat): repetitions a second, of each size

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// CppAD's memory for threads: blocks that are counted by thread, and kept for the next request if a program asks for that.
+// CppAD's memory for threads: counts blocks by thread, and keeps freed blocks for later requests if a program asks
+// for it.
 //
-//   thread_alloc::parallel_setup(4, in_parallel, thread_number);     // not needed for recording, which any thread may do
+//   thread_alloc::parallel_setup(4, in_parallel, thread_number);     // recording does not need this call
 //   size_t length;
 //   double* work = thread_alloc::create_array<double>(100, length);  // length >= 100 elements, constructed
 //   thread_alloc::delete_array(work);
 //
-// Nothing else in dyntape takes its memory from here.
+// The rest of dyntape does not use this memory.
 #pragma once
 
 #include <cstddef>

@@ -5,7 +5,7 @@
 //   LineCursor cursor("name \"left arm\" ; which one");
 //   cursor.word().raw;     // name
 //   cursor.word().raw;     // left arm
-//   cursor.at_end();       // true: only a comment is left
+//   cursor.at_end();       // true: only a comment follows
 #pragma once
 
 #include <string>
@@ -28,8 +28,8 @@ class LineCursor {
   char peek() const { return position_ < line_.size() ? line_[position_] : '\0'; }
   bool at_end() const { return position_ >= line_.size() || line_[position_] == ';'; }
 
-  Word word();        // quoted or plain; blanks behind it are skipped
-  Word plain_word();  // up to a blank or a comment, quotes being ordinary characters
+  Word word();        // quoted or plain; skips the blanks after it
+  Word plain_word();  // up to a blank or a comment; quotes are ordinary characters
   void skip_character();
   void skip_line() { position_ = line_.size(); }
 
@@ -40,8 +40,8 @@ class LineCursor {
   size_t position_ = 0;
 };
 
-// Appends `raw` with its escapes resolved to `text`.  Returns what is wrong, empty if nothing is; a wrong
-// escape is taken literally.
+// Appends `raw` to `text` with its escapes resolved.  Returns the fault, empty if there is none.  A wrong escape is
+// appended literally.
 std::string expand_escapes(std::string_view raw, std::string& text);
 
 }  // namespace dyntape::io

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a Section (section.h) is asked, and which answers make sense.
+// Questions to a Section (section.h), and the ranges of valid answers.
 #pragma once
 
 #include <limits>
@@ -8,13 +8,13 @@
 
 namespace dyntape::io {
 
-// The numbers that make sense for a key.
+// The range of valid numbers for a key.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
-  bool low_open = false, high_open = false;  // whether the bound itself is excluded
-  bool infinite = false;                     // whether "inf" and "-inf" may be written
-  std::string text = {};                     // "positive": how messages put it
+  bool low_open = false, high_open = false;  // true: the bound is excluded
+  bool infinite = false;                     // true: "inf" and "-inf" are valid
+  std::string text = {};                     // "positive": the text for messages
 
   bool holds(double value) const {
     return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
@@ -26,11 +26,11 @@ Range at_least(double low);
 Range between(double low, double high);  // both included
 Range or_infinite(Range range);
 
-// A question that was asked, for those who write files.
+// A question that was asked, for lists of keys.
 struct Question {
   std::string path;      // "solver.tolerance"
   std::string takes;     // "a number, positive", "euler | trapezoid"; "a block"
-  std::string fallback;  // what an absent key stands for
+  std::string fallback;  // value of an absent key
   bool is_required = false;
   std::string meaning;
 };

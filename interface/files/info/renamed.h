@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Keys and values of .info files that have another name than in the version before.  Files may still use the old one, and are told.
+// Renames keys and values of .info files from the previous version.  Old names are accepted with a note.
 //
 //   InfoScan scan = scan_info(text, "task.info");
 //   for (const Replacement& r : replace_old_names(scan.root, {{"solver.method", "method", "stages", "riccati"},
 //                                                             {"phase.shortest", "min_duration"}}))
 //     std::cerr << to_sentence(r) << "\n";  // task.info:7:3: 'shortest' is now called 'min_duration'; ...
-//   text = replaced(text, "task.info", replacements);           // the file with its names of today
+//   text = replaced(text, "task.info", replacements);           // the file with its current names
 #pragma once
 
 #include <string>
@@ -18,9 +18,9 @@
 namespace dyntape::io {
 
 struct Renamed {
-  std::string_view path;   // of the old key, from any block on: "phase.shortest"
-  std::string_view now;    // its name today
-  std::string_view value;  // where a value has another name and not the key: the old one
+  std::string_view path;   // of the old key, starting at any block: "phase.shortest"
+  std::string_view now;    // the current name
+  std::string_view value;  // if a value was renamed instead of the key: the old value
   std::string_view value_now = {};
 };
 
@@ -30,10 +30,11 @@ struct Replacement {
 };
 std::string to_sentence(const Replacement& replacement);
 
-// Changes the tree; what was replaced, in the order of the file.  Paths are those of the file, old names and all.
+// Changes the tree and returns the replacements in the order of the file.  Paths are those in the file, with old
+// names.
 std::vector<Replacement> replace_old_names(InfoNode& root, const std::vector<Renamed>& list);
 
-// The text of that file with those of the replacements that stand in it.
+// The text of the file with these replacements.
 std::string replaced(const std::string& text, const std::string& file,
                      const std::vector<Replacement>& replacements);
 

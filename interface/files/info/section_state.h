@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a Section remembers (private to section*.cpp).
+// The state of a Section (private to section*.cpp).
 #pragma once
 
 #include <list>
@@ -29,9 +29,9 @@ struct SectionState {
   std::vector<std::string> asked = {};
   std::unordered_set<std::string> known = {};  // the same
   std::set<std::string> repeatable = {};
-  bool all_asked = false;    // every child was handed out by all_children
-  bool value_read = false;   // the block's own value was asked for
-  std::string meaning = {};  // of the key that is asked for next
+  bool all_asked = false;    // all_children returned every child
+  bool value_read = false;   // the block's own value was read
+  std::string meaning = {};  // of the next key
   std::vector<Answer> answers = {};
   std::unordered_map<std::string, std::size_t> places = {};  // of the answers that are no blocks, by key
   std::list<SectionState> blocks = {};                       // a list, since Sections point into it

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Values that stand in place of those of a file, as a command line gives them.
+// Values that override those of a file, e.g. from a command line.
 //
 //   const std::vector<Setting> settings = settings_of({"horizon.intervals=60", "effects.gravity=off"});
 //   Section file = Section::parse(text, "task.info", {}, settings);
 //
-// A path is the keys from the outermost block inwards, with dots between; `contact[1]` is the second of blocks of one name.  What is
-// absent is added, blocks on the way as well.  An empty value takes the key out, a block with all that it holds.  Messages name the option: "--set horizon.intervals: must be positive, got '-3'".
+// A path lists the keys from the outermost block inwards, separated by dots; `contact[1]` is the second of several
+// blocks of one name.  Missing keys and blocks are added.  An empty value removes a key, or a block with its
+// content.  Messages name the option: "--set horizon.intervals: must be positive, got '-3'".
 #pragma once
 
 #include <string>
@@ -20,10 +21,10 @@ struct Setting {
   std::string path, value;
 };
 
-// Of "path=value"; ArgumentError for what is none.
+// Parses "path=value"; ArgumentError if it is invalid.
 std::vector<Setting> settings_of(const std::vector<std::string>& options);
 
-// To a file that has its names of today (renamed.h); keys and values that a setting has by older names, which count as today's.
+// Applies settings to a file with current names (renamed.h).  Settings may use old names of keys and values.
 std::vector<Replacement> apply(const std::vector<Setting>& settings, InfoNode& root,
                                const std::vector<Renamed>& renamed = {});
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What other tools call a key or a value, for the end of an error message.
+// Names that other tools use for a key or value, for suggestions in error messages.
 //
 //   synonym_of("dt", {"duration", "step"})        // "step"
 //   synonym_of("rk4", {"runge-kutta-4"})          // "runge-kutta-4"
-//   synonym_of("dt", {"duration"})                // "": nothing here is meant by it
+//   synonym_of("dt", {"duration"})                // "": no corresponding name here
 #pragma once
 
 #include <string>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// `shapes collision` of a contact: its links touch the ground with the <collision> shapes of the robot's file.
+// The key `shapes collision` of a contact: its links touch the ground with the <collision> shapes of the robot's
+// file.
 //
 //   effects     { contacts { contact { shapes collision  stiffness 1e5  dissipation 0.5  friction 0.7 } } }
 //   constraints { contacts { contact { shapes collision  frames "foot"  friction 0.7 } } }
@@ -17,7 +18,7 @@
 
 namespace dyntape {
 
-// The robot whose joints and links are keys, and its file.
+// The robot with the valid joint and link names, and its file.
 struct KeyedRobot {
   const dynamics::Model<double>* model = nullptr;  // null: no robot, keys are known but not read
   std::string urdf;
@@ -30,8 +31,8 @@ struct KeyedRobot {
 std::vector<std::string> read_frames(io::Section& block, const std::string& meaning,
                                      const dynamics::Model<double>* model);
 
-// The spheres of the links that `frames` names, of all where it is absent.  What is wrong is noted in the block; a sphere of
-// a link that is fixed to the world is none.
+// The spheres of the links in `frames`, or of all links if absent.  Problems are noted in the block.  Spheres of
+// links fixed to the world are skipped.
 std::optional<std::vector<dynamics::CollisionSphere>> read_collision_shapes(io::Section& block,
                                                                             const KeyedRobot& robot);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The `constraints` block of scene files.
+// Reads the `constraints` block of scene files.
 //
 //   constraints
 //   {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The `effects` block of scene and task files, as the effects themselves describe it (dynamics/effects/parameters.h): a
-// new effect has its keys as soon as it is in the list.
+// Reads the `effects` block of scene and task files.  The effects' own descriptions define the keys
+// (dynamics/effects/parameters.h), so a new effect has its keys at once.
 //
 //   effects
 //   {
 //     gravity         off                                          ; or { vector "0 0 -1.62" }
 //     joint_damping   robot                                        ; the file's values
-//     armature        { elbow 0.1  shoulder 0.2 }                  ; the first parameter alone: a number a joint
+//     armature        { elbow 0.1  shoulder 0.2 }                  ; only the first parameter: one number per joint
 //     joint_friction  { torque robot  smoothing 0.01 }             ; parameters by name
-//     wrenches        { wrench { frames "tool"  force "0 0 -5" } } ; lists: a block an item
+//     wrenches        { wrench { frames "tool"  force "0 0 -5" } } ; lists: one block per item
 //     contacts        { contact { shapes collision  ... } }        ; or frames, radius: collision_keys.h
 //   }
 //

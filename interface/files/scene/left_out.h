@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a robot's file says and a motion leaves out, in one note: elements that nothing reads, damping and friction that no
-// effect has act, limits that nothing holds.
+// Combines the data of a robot's file that a motion ignores into one note: unread elements, damping and friction
+// without effect, limits without constraint.
 //
 //   note_left_out(scene.notes, scene.urdf, found.left_out, scene.robot, Limits::kByChoice);
 #pragma once
@@ -13,10 +13,10 @@
 
 namespace dyntape {
 
-// A simulation holds the limits that its file chooses; a problem that is solved holds them all.
+// A simulation applies the limits that its file chooses; an optimal control problem applies all of them.
 enum class LimitsOfFile { kByChoice, kHeld };
 
-// In the place of such a note that is there.
+// Replaces an existing note of this kind.
 void note_left_out(std::vector<std::string>& notes, const std::string& urdf,
                    const std::vector<std::string>& elements, const RobotScene& scene, LimitsOfFile limits);
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The keys that scene files and task files share: the robot, what acts on it, where it is driven, and how functions are
-// made.  Asked for here and nowhere else.
+// The common keys of scene and task files: robot, effects, driven joints, and evaluation.
 //
 //   io::Section file = io::Section::parse(text, path);
-//   SceneRobot robot = read_scene_robot(file, path, Floating::kAllowed);      // empty model: it is a problem of the file
+//   SceneRobot robot = read_scene_robot(file, path, Floating::kAllowed);      // empty model: a problem of the file
 //   read_scene_keys(file, scene, {&robot.model, urdf});
 //
 // Without a robot (null), keys over its joints and frames are known but not read.
@@ -30,7 +29,7 @@ struct SceneRobot {
 };
 SceneRobot read_scene_robot(io::Section& file, const std::string& path, Floating floating);
 
-// The model to a scene, the rest to what is read; false where there is no robot.
+// Moves the model to a scene and the rest to the readers; returns false if there is no robot.
 template <class Read>
 bool take_robot(SceneRobot&& found, Read& read, RobotScene& scene) {
   read.urdf = std::move(found.urdf);
@@ -41,7 +40,7 @@ bool take_robot(SceneRobot&& found, Read& read, RobotScene& scene) {
   return true;
 }
 
-// FileError where the text is XML: each line of a robot's file would be a problem of its own.
+// Throws FileError if the text is XML, since each line of a robot's file would be a separate problem.
 void check_is_no_robot(std::string_view text, const std::string& path, const std::string& expected);
 
 // effects, actuated.

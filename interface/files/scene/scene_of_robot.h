@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A scene of a robot that is there already, in the place of a file: all keys of a scene file but `robot`.
+// Makes a scene of an existing robot instead of a file: all keys of a scene file except `robot`.
 //
 //   const GivenRobot robot{read_urdf("arm.urdf"), {}};
 //   const Scene scene = read_scene_text(robot, "simulation { duration 2 }", "(text)");
 //
-// `shapes collision` of contacts takes the spheres that come with it.  Errors: FileError, those of reading a scene; ArgumentError for
-// a robot with (cos, sin) joints, which scenes have as angles, or with joints that follow others.
+// `shapes collision` of contacts uses the robot's spheres.  Errors.  FileError as in reading a scene; ArgumentError
+// for a robot with (cos, sin) joints, which scenes have as angles, or with mimic joints.
 #pragma once
 
 #include <string>

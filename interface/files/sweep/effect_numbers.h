@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The numbers of the effects of a scene, by name: which there are, which of them a recorded step can have as parameters, and
-// other values in their places.  Found by walking the effects (dynamics/effects/parameters.h).
+// The numbers of a scene's effects by name: lists them, says which can be parameters of a recorded step, and
+// replaces them.  Uses the effects' own descriptions (dynamics/effects/parameters.h).
 //
-//   effect_numbers(scene)                          // "effects.contacts.contact.friction", 4 items, each a number ...
+//   effect_numbers(scene)            // "effects.contacts.contact.friction", 4 items with one number each, ...
 //   EffectPlace place{"effects.joint_damping.coefficient", EffectPlace::kAll, {0, 1}};      // of joints 0 and 1
 //   put(effects, place, AD_or_double);
 #pragma once
@@ -16,27 +16,27 @@
 
 namespace dyntape {
 
-// One kind of number that an effect has.
+// A number, or group of numbers, of an effect.
 struct EffectNumber {
-  enum class Shape { kNumber, kVector3, kJoints };  // one; along x, y, z; one a joint
-  // Why it cannot vary: what is recorded depends on it, a word, or nothing that the scene gives.
+  enum class Shape { kNumber, kVector3, kJoints };  // one; along x, y, z; one per joint
+  // Why it cannot vary: the recording depends on it, it is a word, or the scene does not set it.
   enum class Use { kVaries, kRecorded, kWord, kNotGiven };
 
   std::string path;  // effects.<key>.<parameter>, effects.<key>.<item>.<parameter>
   dynamics::ParameterInfo info;
   Shape shape = Shape::kNumber;
   Use use = Use::kVaries;
-  int items = 0;          // how many a list has; 0: none of a list
-  bool is_first = false;  // of its effect: effects.<key> means it
+  int items = 0;          // length of the list; 0: not in a list
+  bool is_first = false;  // true: the first of its effect, also called effects.<key>
 };
 
-// Of the effects that act, in their order.
+// The numbers of the chosen effects, in their order.
 std::vector<EffectNumber> effect_numbers(const RobotScene& scene);
 
-// effects.<key> of those that do not act.
+// effects.<key> of the effects that are not chosen.
 std::vector<std::string> absent_effects(const RobotScene& scene);
 
-// Where a number stands.
+// The address of a number.
 struct EffectPlace {
   static constexpr int kAll = -1;
   std::string path;
@@ -52,7 +52,7 @@ inline std::string number_path(const char* effect, const char* item, const char*
   return std::string("effects.") + effect + (*item ? std::string(".") + item : "") + "." + parameter;
 }
 
-// visit(path, item, info, value) of each parameter of an effect; item -1: of none.
+// Calls visit(path, item, info, value) for each parameter of an effect; item -1: not in a list.
 template <class E, class Visit>
 void for_each_parameter_of(E& effect, const Visit& visit) {
   using Effect = std::remove_const_t<E>;
@@ -85,7 +85,7 @@ struct PutNumber {
       value = number;
     } else if constexpr (requires { requires std::is_same_v<typename Value::Scalar, T>; }) {
       for (int entry : place.entries) value[entry] = number;
-    } else {  // words, and numbers that what is recorded depends on
+    } else {  // words, and numbers that the recording depends on
       static_assert(std::is_enum_v<Value> || std::is_same_v<Value, double> ||
                     std::is_same_v<Value, Eigen::VectorXd>);
     }

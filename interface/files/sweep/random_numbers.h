@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Random numbers without a state: each is a function of a seed and of what it is for, so that whoever draws it, in whatever
-// order, gets the same.
+// Random numbers without state: each is a function of a seed and its indices, independent of the order of the calls.
 //
 //   const RandomSource random(seed);
 //   random.uniform({.sample = 17, .value = 2})       // in [0, 1), 53 random bits
 //   random.normal({.sample = 17, .value = 2})        // mean 0, deviation 1
 //
-// Philox 4x32-10: J. Salmon, M. Moraes, R. Dror, D. Shaw, Parallel random numbers: as easy as 1, 2, 3, SC 2011.  The key is
-// the seed, the counter (sample, value, attempt).  Normal ones by G. Box, M. Muller, A note on the generation of random
-// normal deviates, 1958, with portable functions (autodiff/scalars/portable.h): the same bits on every processor.
+// Philox 4x32-10: J. Salmon, M. Moraes, R. Dror, D. Shaw, Parallel random numbers: as easy as 1, 2, 3, SC 2011.  The
+// key is the seed, the counter (sample, value, attempt).  Normal ones by G. Box, M. Muller, A note on the generation of
+// random normal deviates, 1958, with portable functions (autodiff/scalars/portable.h): the same bits on every
+// processor.
 #pragma once
 
 #include <array>

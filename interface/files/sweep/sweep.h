@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A sweep file: a scene, and which of its numbers vary.  Scene files stay as they are.
+// A sweep file: a scene, and the numbers of it that vary.  Scene files do not change.
 //
 //   scene   ../scenes/quadruped_dropped.info        ; beside this file
-//   samples 1000                                    ; of each point of the grid, where there is one
+//   samples 1000                                    ; for each point of the grid, if any
 //   seed    1
 //   vary
 //   {
@@ -15,14 +15,15 @@
 //
 //   const SceneSweep sweep = read_sweep("config/sweeps/quadruped_dropped.info");
 //   sweep.rows();                                   // 4000
-//   values_of(sweep, 17);                           // the numbers of sample 17, one a value
-//   simulate(scene_of(sweep, 17));                  // its motion, as if they stood in the scene's file
+//   values_of(sweep, 17);                           // the numbers of sample 17, one per value
+//   simulate(scene_of(sweep, 17));                  // its motion, as if the scene's file had these numbers
 //
-// The numbers of a sample are a function of the seed, its index and the value's place in the file (random_numbers.h).
-// Points of the grid are in the order of nested loops, the first value outermost; the samples of a point follow each other.
-// What varies of the effects and of the robot is a parameter of one recorded step, which serves all samples.
+// The numbers of a sample are a function of the seed, its index and the value's index in the file
+// (random_numbers.h).  Points of the grid are in the order of nested loops, the first value outermost; the samples
+// of a point are contiguous.  Varying numbers of effects and robot are parameters of one recorded step for all
+// samples.
 //
-// Errors: FileError listing every problem of the file with its place; those of reading the scene.
+// Errors.  FileError with all problems of the file and their positions; errors of reading the scene.
 #pragma once
 
 #include <cstdint>
@@ -38,9 +39,9 @@
 
 namespace dyntape {
 
-// Where a value goes besides effects.
+// Destinations of a value other than effects.
 struct RobotPlace {
-  std::string name;  // of interface/robot/model_parameters.h: "mass:FR_CALF"
+  std::string name;  // as in interface/robot/model_parameters.h: "mass:FR_CALF"
 };
 struct StartPlace {
   enum class Block { kPosition, kVelocity, kTorque };  // q, v, commands
@@ -56,63 +57,63 @@ using ValuePlace = std::variant<EffectPlace, RobotPlace, StartPlace, BasePlace>;
 enum class Spread { kUniform, kLogUniform, kNormal, kGrid };
 
 struct SweptValue {
-  std::string name;  // of its column
+  std::string name;  // name of its column
   ValuePlace place;
   Spread spread = Spread::kUniform;
-  double from = 0, to = 0;         // a normal one is drawn until it lies between them
-  double mean = 0, deviation = 1;  // of a normal one
-  long steps = 1;                  // of a grid, from the first to the last
+  double from = 0, to = 0;         // a normal number is drawn again until it is between them
+  double mean = 0, deviation = 1;  // of a normal distribution
+  long steps = 1;                  // of a grid, including both ends
 
-  bool is_parameter() const {  // of the recorded step
+  bool is_parameter() const {  // true: a parameter of the recorded step
     return std::holds_alternative<EffectPlace>(place) || std::holds_alternative<RobotPlace>(place);
   }
 };
 
 struct SceneSweep {
   std::string name, file;
-  std::vector<std::string> inputs;  // paths of all files that it was read from
+  std::vector<std::string> inputs;  // paths of all files read
   Scene scene;
   std::vector<SweptValue> values;
-  std::vector<std::string> shown;  // columns of the results that are drawn
-  long samples = 1;                // of each point of the grid
+  std::vector<std::string> shown;  // columns of the results in plots
+  long samples = 1;                // for each point of the grid
   std::uint64_t seed = 1;
   CodegenOptions evaluation;
-  unsigned threads = 1;   // 0: as many as the processor has
-  std::string effective;  // the file as it was understood, defaults included
+  unsigned threads = 1;   // 0: all of the processor's
+  std::string effective;  // the file with all defaults
 
   long rows() const;
 };
 
 constexpr long kMostRows = 1000000;
 
-// Settings stand in place of what the file says (settings.h).
+// Settings override values of the file (settings.h).
 SceneSweep read_sweep(const std::string& path, const std::vector<io::Setting>& settings = {});
 SceneSweep read_sweep_text(const std::string& text, const std::string& path,
                            const std::vector<io::Setting>& settings = {});
 
-// Every key that a sweep file may have, in the order of reading.
+// All keys of a sweep file, in order of reading.
 std::vector<io::Question> sweep_questions();
 
-// (values) of a row.
+// (values) of a row
 Eigen::VectorXd values_of(const SceneSweep& sweep, long row);
 
-// What a row starts from: state (q, v, motors with a lag), commands of each column of scene.commands, parameters.
+// The start of a row: state (q, v, motors with a lag), commands of each column of scene.commands, parameters.
 struct SampleStart {
   Eigen::VectorXd x, p;
   Eigen::MatrixXd u;
 };
 SampleStart start_of(const SceneSweep& sweep, const Eigen::VectorXd& values);
 
-// The scene with these numbers in it: simulate(scene_of(sweep, 17)) ends where row 17 does, in the strict profile to the
-// last bit.
+// The scene with these numbers: simulate(scene_of(sweep, 17)) ends like row 17, in the strict profile with the same
+// bits.
 Scene scene_of(const SceneSweep& sweep, long row);
 
-// The scene as a system with the parameters of the sweep, and what puts them into a recording.
+// The scene as a system with the parameters of the sweep, and the edit that inserts them into a recording.
 SceneEdit edit_of(const SceneSweep& sweep);
 int parameters_of(const SceneSweep& sweep);
 
-// Columns of the results of a sample: t, q and v, energies, the largest velocity.
+// Columns of a sample's results: t, q and v, energies, the largest velocity.
 std::vector<std::string> result_names(const Scene& scene);
-std::vector<std::string> row_names(const SceneSweep& sweep);  // sample, what varies, ok, and these
+std::vector<std::string> row_names(const SceneSweep& sweep);  // sample, varied values, ok, and the results
 
 }  // namespace dyntape

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A block `value` of a sweep file: what varies, and over which numbers.
+// Reads a block `value` of a sweep file: the varied value and its numbers.
 //
 //   std::optional<SweptValue> value = read_value(block, scene);     // null: no scene, whose numbers are unknown
 #pragma once
@@ -12,10 +12,10 @@
 
 namespace dyntape {
 
-// None: there is a problem, which the section has noted.
+// None if there is a problem; the section has noted it.
 std::optional<SweptValue> read_value(io::Section& block, const Scene* scene);
 
-// Whether both set the same number.
+// Whether both change the same number.
 bool overlap(const ValuePlace& a, const ValuePlace& b);
 
 }  // namespace dyntape

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A file with a block `centroidal`: a robot on its feet as one mass (centroidal_problem.h), steered by the forces of its feet,
-// pushed, standing or walking.
+// Reads a file with a block `centroidal`: a robot on its feet as one mass (centroidal_problem.h) that the forces of
+// the feet control.  The robot is pushed, stands or walks.
 //
 //   const CentroidalTask task = read_centroidal_task("config/control/solo12_pushed.info");
 //   ControlReport report = control_task(task);                       // centroidal_control.h
@@ -23,10 +23,10 @@
 //   evaluation      as in tasks
 //   mpc             as in tasks (mpc_task.h), but of a disturbance: impulse "x y z" (N s, world) at the centre of mass
 //
-// The plant is the same mass, with forces that the plan gives: what legs can do is not asked.  The centre of mass is to stay
-// where it is at the start, or to go on from there with the gait's velocity.
+// The plant is the same mass with the plan's forces; limits of the legs are not checked.  The goal of the centre of
+// mass is its initial place, or with a gait the motion from this place with the gait's velocity.
 //
-// Errors: FileError listing every problem of the file with its place; those of centroidal_problem.
+// FileError: lists every problem of the file with its place.  Other errors: those of centroidal_problem.
 #pragma once
 
 #include <dyntape/interface/files/info/question.h>
@@ -36,8 +36,8 @@
 
 namespace dyntape {
 
-// Of its spec count the robot, its start, contacts and gait, mesh and solver, and the controller, whose disturbances are impulses at
-// the centre of mass.
+// Uses these parts of the spec: the robot, its start, contacts and gait, mesh and solver, and the controller, whose
+// disturbances are impulses at the centre of mass.
 struct CentroidalTask : TaskSpec {
   CentroidalOptions options = {};
   CentroidalBody body = {};
@@ -45,12 +45,12 @@ struct CentroidalTask : TaskSpec {
 };
 CentroidalTask build_centroidal_task(TaskSpec spec, const CentroidalOptions& options);
 
-// Settings stand in place of what the file says (settings.h).
+// Settings replace the file's values (settings.h).
 CentroidalTask read_centroidal_task(const std::string& path, const std::vector<io::Setting>& settings = {});
 CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path,
                                          const std::vector<io::Setting>& settings = {});
 
-// Every key that such a file may have, in the order of reading.
+// All keys of such a file, in the order of reading.
 std::vector<io::Question> centroidal_questions();
 
 }  // namespace dyntape

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The keys of a task file that speak of places: where a frame shall be, what stands around, what bodies keep clear of.
+// Reads the keys of a task file about places: targets of frames, obstacles, and bodies that keep clear of them.
 //
 //   const std::optional<FrameTarget> target = read_frame_target(goal, model);
 //   const Surroundings around = read_surroundings(file, model);
 //
-// What is wrong is noted in the section (Section::finish reports it).  Without a robot nobody knows its frames: their
-// names are deferred.
+// Notes faults in the section (Section::finish reports them).  Without a robot, names of frames are deferred.
 #pragma once
 
 #include <optional>
@@ -19,18 +18,18 @@
 
 namespace dyntape {
 
-// A key that names a link of the robot; "" where there is none of this name.
+// Reads the name of a link of the robot; "" if the robot has no such link.
 std::string read_link(io::Section& block, const std::string& key, const dynamics::Model<double>* model);
 
 // The block `thrusters`.
 std::vector<Thruster> read_thrusters(io::Section& file, const dynamics::Model<double>* model);
 
-// The block `contacts`; their places are for the start to tell.
+// The block `contacts`; the start determines the places of the contacts.
 enum class Cones { kLimits, kLimitsOrBarriers };
 std::vector<HeldContact> read_contacts(io::Section& file, const dynamics::Model<double>* model,
                                        Cones cones = Cones::kLimitsOrBarriers);
 
-// The floor's height (m), contacts.floor; none: the file does not say.
+// contacts.floor, the floor's height (m); none if the file does not give it.
 std::optional<double> read_floor(io::Section& file);
 
 // The block `frame` of a goal, if there is one.

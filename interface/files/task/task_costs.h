@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The costs of one weight each that a task file may ask for, in its block `costs`.  A new one is
-// its weight in TaskSpec::Costs and a row in cost_keys.cpp.
+// The costs with one weight each in the block `costs` of a task file.  To add a cost, add its weight to
+// TaskSpec::Costs and a row to cost_keys.cpp.
 #pragma once
 
 #include <vector>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What build_task makes a task of: the problem of each part, the phases and what ties them.
+// The parts from which build_task makes a task: the problem of each part, the phases, and the links between them.
 //
 //   compose_problem(task, knots), draw_to_goal(task, task, true);
 //   compose_phases(task, from, to);                              // task.parts
 //   const Phases phases = phases_of(task);                       // for a solver (phases.h)
 //
-// Internal, but for what a solver asks.
+// Internal, except for the solvers' functions.
 #pragma once
 
 #include <dyntape/interface/control/problem/phases.h>
@@ -14,40 +14,40 @@
 
 namespace dyntape {
 
-// Where the guess of a motion passes: straight from one to the next.
+// A point of the guess of a motion; the guess is straight between points.
 struct GuessKnot {
-  double share;  // of the duration: 0 of the first, 1 of the last
+  double share;  // of the duration: 0 for the first, 1 for the last
   Eigen::VectorXd q;
 };
 
-// The problem of a task or of one of its phases, but for what draws to the goal.
+// The problem of a task or of one of its phases, without the costs that draw to the goal.
 void compose_problem(Task& task, const std::vector<GuessKnot>& guess);
-// The costs of tracking: in every phase they draw to the goal of the whole motion, which `ends` with the last.  What the goal leaves
-// open draws nowhere.
+// The tracking costs.  In every phase they draw to the goal of the whole motion, which `ends` with the last phase.
+// Values that the goal leaves open have no such cost.
 void draw_to_goal(Task& task, const TaskSpec& whole, bool ends);
 
-// Bounds of states and controls; throws (refuse) where the task starts or ends beyond a limit of the robot by which the problem is
-// bounded, or with bodies that are not clear of each other.
+// Bounds of states and controls.  Throws (refuse) if the start or the end of the task is beyond a limit of the robot
+// that bounds the problem, or has bodies that are not clear of each other.
 void bound_motion(Task& task);
 
-// The guess of the whole motion goes from one configuration to another, over the goals of phases.
+// The guess of the whole motion: from one configuration to another, over the goals of phases.
 void compose_phases(Task& task, const Eigen::VectorXd& from, const Eigen::VectorXd& to);
 
-// A motion that goes on for ever.  When contacts have places: one that does not stand at the start stood a step behind
-// the one whose part it plays.  When the problem is composed: what has landed as the motion begins stands at its place, and
-// the end becomes the start, task.closing.
+// For a periodic motion.  When contacts have places: a contact that does not stand at the start stood one step
+// behind the contact whose part it takes over.  When the problem is composed: contacts that have landed when the
+// motion begins stand at their places, and the end becomes the start, task.closing.
 void place_last_step(Task& task);
 void close_motion(Task& task);
 
-// What a message of a task begins with: its file, or `task "name"`.
+// The beginning of a task's messages: its file, or `task "name"`.
 std::string told_of(const TaskSpec& task);
-// FileError of a task that has a file, else ArgumentError.
+// Throws FileError for a task from a file, otherwise ArgumentError.
 [[noreturn]] void refuse(const TaskSpec& task, const std::vector<std::string>& sentences);
 
-// Linked by what their states become: the same, or with an impact the velocities after it, by which all that is held comes to
-// rest at once (constraints.h).  A task without phases is one.
+// Phases are linked by their states: equal states, or with an impact the velocities after it, by which all closed
+// contacts come to rest at once (constraints.h).  A task without phases is one phase.
 Phases phases_of(const Task& task);
-// One a phase: `mesh` with the intervals of each.
+// One mesh for each phase: `mesh` with the phase's intervals.
 std::vector<MeshOptions> meshes_of(const Task& task, const MeshOptions& mesh);
 
 }  // namespace dyntape

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What leads a task's motion between its start and its goal: waypoints, and a motion from a file that it follows.
+// Reads the guides of a task's motion between start and goal: waypoints, and a reference motion from a file.
 //
 //   waypoints {
-//     waypoint above {                            ; its name behind the word
+//     waypoint above {                            ; the word `waypoint`, then its name
 //       at 0.4                                    ; a share of the duration, given or free
 //       frame panda_hand { position "0.5 0 0.4" } ; or q, as in goals
 //     }
@@ -13,12 +13,12 @@
 //   const std::vector<TaskWaypoint> waypoints = read_waypoints(file, model);
 //   for (const TaskWaypoint& w : waypoints) problem.add(term_of(w, scene));
 //
-// A reference is a table as solve and simulate write it: a column t, increasing (s), then q.<joint> and v.<joint>, others as
-// they like. Between rows it is interpolated along straight lines, before the first and behind the last it stays.  Its values
-// are parameters of time: nothing is recorded anew, and a controller follows it in the plant's time.  Of robots whose joints
-// are on lines.
+// A reference is a table in the format of solve and simulate: an increasing column t (s), then q.<joint> and
+// v.<joint>; other columns are ignored.  The reference is linear between rows, and constant before the first and
+// after the last row.  Its values are parameters of time: nothing is recorded again, and a controller follows them
+// in the plant's time.  Every joint of the robot must be on a line.
 //
-// What is wrong is noted in the section (Section::finish reports it).
+// Faults are noted in the section (Section::finish reports them).
 #pragma once
 
 #include <optional>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Constraints of a client's own, derived for it: OCS2's StateConstraintCppAd and StateInputConstraintCppAd.
+// OCS2's StateConstraintCppAd and StateInputConstraintCppAd: a client derives a constraint, dyntape differentiates
+// it.
 //
 //   class Reach : public ocs2::StateConstraintCppAd {
 //    public:
@@ -13,11 +14,11 @@
 //                                          const ocs2::ad_vector_t&) const override { ... }
 //   };
 //
-// Of order Linear a library of first order is made, of Quadratic one of second.  Shapes: approximation.h; time is a variable whose
-// derivatives are not returned.
+// Order Linear makes a library of first order, Quadratic one of second order.  Shapes: approximation.h.  Time is a
+// variable whose derivatives are not returned.
 //
-// Errors: ArgumentError for sizes, for a quadratic approximation of a linear constraint, and without initialize; those of
-// CppAdInterface.
+// ArgumentError: sizes, a quadratic approximation of a linear constraint, initialize() was not called.  Other
+// errors: those of CppAdInterface.
 #pragma once
 
 #include <dyntape/interface/ocs2/classes/costs.h>
@@ -28,7 +29,7 @@ enum class ConstraintOrder { Linear, Quadratic };
 
 namespace detail {
 
-// Of a state, or of a state and an input.
+// A constraint of a state, or of a state and an input.
 template <class Self, class... Input>
 class Constraint {
  public:
@@ -65,7 +66,7 @@ class StateInputConstraint : public detail::Constraint<StateInputConstraint, vec
 
 namespace detail {
 
-// A constraint that a client records, of a model that initialize() makes.
+// A constraint that a client records; initialize() makes its model.
 template <class Base, class... Input>
 class RecordedConstraint : public Base {
  public:
@@ -109,7 +110,7 @@ class StateInputConstraintCppAd : public detail::RecordedConstraint<StateInputCo
 
 namespace detail {
 
-// Of a model of (time, state, input): value and Jacobian, and a Hessian a row.
+// Evaluates a model of (time, state, input): value, Jacobian, and one Hessian for each row.
 VectorFunctionLinearApproximation linear(const TermModel& term, const char* name, const vector_t& p,
                                          scalar_t time, const vector_t& state, const vector_t& input = {});
 VectorFunctionQuadraticApproximation quadratic_rows(const TermModel& term, const char* name,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Costs of a client's own, derived for it: OCS2's StateCostCppAd, StateInputCostCppAd and StateInputCostGaussNewtonAd.
+// OCS2's StateCostCppAd, StateInputCostCppAd and StateInputCostGaussNewtonAd: a client derives a cost, dyntape
+// differentiates it.
 //
 //   class Tracking : public ocs2::StateCostCppAd {
 //    public:
@@ -16,11 +17,13 @@
 //     }
 //   };
 //
-// Variables are time and state, or time, state and input; derivatives by time are not returned.  state (nx), input (nu): shapes of
-// results are those of approximation.h.  modelFolder: root of the cache, empty for the user's.  recompileLibraries: as OCS2 has it,
-// createModels or loadModelsIfAvailable; here neither can load what is stale.  Errors of a recording name the line of initialize.
+// Variables: time and state, or time, state and input.  Derivatives by time are not returned.
+//   state (nx), input (nu)   results have the shapes of approximation.h
+//   modelFolder              root of the cache; empty: the user's default cache
+//   recompileLibraries       as in OCS2, createModels or loadModelsIfAvailable; neither loads a stale library
 //
-// Errors: ArgumentError for sizes, and for a class that did not call initialize; those of CppAdInterface.
+// ArgumentError: sizes, initialize() was not called.  Other errors: those of CppAdInterface; errors of a recording
+// name the line of initialize().
 #pragma once
 
 #include <memory>
@@ -34,7 +37,7 @@ namespace dyntape::ocs2 {
 
 namespace detail {
 
-// Of a state, or of a state and an input.
+// A cost of a state, or of a state and an input.
 template <class Self, class... Input>
 class Cost {
  public:
@@ -60,7 +63,7 @@ class StateInputCost : public detail::Cost<StateInputCost, vector_t> {};
 
 namespace detail {
 
-// A model of (time, state, input) that a class makes in initialize(); copies share it.
+// A model of (time, state, input), made by initialize(); copies share it.
 class TermModel {
  public:
   using Function = std::function<ad_vector_t(ad_scalar_t time, const ad_vector_t& state,
@@ -77,9 +80,9 @@ class TermModel {
   void make(Function function, Sizes sizes, const std::string& modelName, const std::string& modelFolder,
             CppAdInterface::ApproximationOrder order, bool recompileLibraries, bool verbose, Place place);
   bool is_made() const { return model_ != nullptr; }
-  // ArgumentError, naming the class, where there is none.
+  // ArgumentError, naming the class, if there is no model.
   const CppAdInterface& of(const char* name) const;
-  // (time, state, input), sizes checked.
+  // (time, state, input), with checked sizes.
   vector_t variables(const char* name, scalar_t time, const vector_t& state,
                      const vector_t& input = {}) const;
   const Sizes& sizes() const { return sizes_; }
@@ -89,15 +92,15 @@ class TermModel {
   std::shared_ptr<const CppAdInterface> model_;
 };
 
-// Blocks of derivatives by (time, state, input), that of time left out; without inputs those blocks are empty.
+// Blocks of derivatives by state and input, without the block of time; without inputs the input blocks are empty.
 ScalarFunctionQuadraticApproximation scalar_blocks(const TermModel::Sizes& sizes, scalar_t value,
                                                    const vector_t& gradient, const matrix_t& hessian);
 
-// What stands for each input.
+// The argument for each input of the model.
 template <class Input, class T>
 using InPlaceOf = T;
 
-// A cost that a client records, of a model that initialize() makes.
+// A cost that a client records; initialize() makes its model.
 template <class Base, class... Input>
 class RecordedCost : public Base {
  public:
@@ -158,7 +161,7 @@ class StateInputCostCppAd : public detail::RecordedCost<StateInputCost, vector_t
   }
 };
 
-// f = 1/2 |y|^2, and J^T J in the place of its Hessian, which is positive semi-definite.
+// f = 1/2 |y|^2 with J^T J instead of the Hessian; J^T J is positive semi-definite.
 class StateInputCostGaussNewtonAd : public detail::RecordedCost<StateInputCost, vector_t> {
  protected:
   virtual ad_vector_t costVectorFunction(ad_scalar_t time, const ad_vector_t& state, const ad_vector_t& input,

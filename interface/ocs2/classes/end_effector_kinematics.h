@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where end effectors are and how they move, derived: OCS2's EndEffectorKinematics, by a library of generated code.
+// OCS2's EndEffectorKinematics: positions, velocities and orientations of end effectors, with derivatives from
+// generated code.
 //
-//   struct Mapping : ocs2::StateInputMapping {                                  // q and v of the robot from state and input
+//   struct Mapping : ocs2::StateInputMapping {                                  // q and v of the robot
 //     ocs2::ad_vector_t getJointPosition(const ocs2::ad_vector_t& state) const override { return state; }
-//     ocs2::ad_vector_t getJointVelocity(const ocs2::ad_vector_t&, const ocs2::ad_vector_t& input) const override { return input; }
+//     ocs2::ad_vector_t getJointVelocity(const ocs2::ad_vector_t&, const ocs2::ad_vector_t& u) const override { return u; }
 //   };
 //   ocs2::EndEffectorKinematicsCppAd hand(dynamics::load_urdf("panda.urdf"), Mapping(), {"panda_hand"}, 7, 7, "hand");
 //   ocs2::vector3_t p = hand.getPosition(state)[0];                             // m, in the world's axes
-//   ocs2::VectorFunctionLinearApproximation J = hand.getPositionLinearApproximation(state)[0];    // f (3), dfdx (3 x nx)
+//   auto J = hand.getPositionLinearApproximation(state)[0];                     // f (3), dfdx (3 x nx)
 //
-// The robot is dyntape's own (dynamics/model/model.h), whose q and v are Pinocchio's.  Velocities are of the frame's origin, in the
-// world's axes.  The orientation error between the end effector's q and a reference r, both unit quaternions, is
-// q_w r_v - r_w q_v + q_v x r_v, half the rotation vector from q to r where they are close; the reference is a parameter.
+// The robot is a dynamics::Model (dynamics/model/model.h); its q and v are those of Pinocchio.  Velocities are those
+// of the frame's origin, in world axes.  The reference of an orientation is a parameter.  Orientation error of unit
+// quaternions, end effector q and reference r: q_w r_v - r_w q_v + q_v x r_v.  If q and r are close, this is half
+// the rotation vector from q to r.
 //
-// All end effectors of one object share a library; those of position, velocity and orientation are made when they are asked for
-// first, by one thread at a time.  Errors: ArgumentError with the nearest name for a frame that the robot has not; those of
-// CppAdInterface.
+// All end effectors of one object share a library for each of position, velocity and orientation.  Each library is
+// made at its first use, by one thread at a time.  ArgumentError: a frame that the robot does not have; the message
+// has the nearest name.  Other errors: those of CppAdInterface.
 #pragma once
 
 #include <memory>
@@ -85,7 +87,7 @@ class EndEffectorKinematicsCppAd : public EndEffectorKinematics<scalar_t> {
       const vector_t& state, const std::vector<quaternion_t>& referenceOrientations) const override;
 
  private:
-  // What copies share.
+  // The part that copies share.
   struct Shared {
     dynamics::Model<double> robot;
     std::shared_ptr<const StateInputMapping> mapping;

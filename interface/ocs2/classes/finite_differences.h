@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Derivatives by differences, to check others with.
+// Derivatives by finite differences.  Use them to check other derivatives.
 //
 //   matrix_t J = finiteDifferenceDerivative([&](const vector_t& x) { return f.getFunctionValue(x); }, x0);
 //
-// The step of entry i is eps * max(|x_i|, 1); by default the cube root of the machine's epsilon for two sides, its square root
-// for one (OCS2's default is the epsilon itself, at which nothing is left of a difference).
+// The step of entry i is eps * max(|x_i|, 1).  Default of eps: the cube root of the machine epsilon for central
+// differences, its square root for one-sided differences.  (OCS2's default is the machine epsilon, at which a
+// difference keeps no correct digit.)
 #pragma once
 
 #include <algorithm>
@@ -35,8 +36,8 @@ matrix_t finiteDifferenceDerivative(const F& f, const vector_t& x0, scalar_t eps
   return derivative;
 }
 
-// By the state and by the input of a system with computeFlowMap(time, state, input).  isSecondOrderSystem: the upper half is
-// velocity, whose derivatives are set to exactly [0 1] and 0.
+// Derivatives by the state and by the input of a system with computeFlowMap(time, state, input).
+// isSecondOrderSystem: the upper half is velocity; its derivatives are set to exactly [0 1] and 0.
 template <class System>
 matrix_t finiteDifferenceDerivativeState(System& system, scalar_t t, const vector_t& x, const vector_t& u,
                                          scalar_t eps = 0, bool doubleSided = true,

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Values between those of an array of times, and where a time falls among events, as OCS2 has them.
+// OCS2's interpolation between the values of an array of times, and its search for the interval of a time.
 //
 //   auto [k, alpha] = LinearInterpolation::timeSegment(0.25, times);        // alpha of value k, 1 - alpha of the next
 //   vector_t x = LinearInterpolation::interpolate(0.25, times, states);
 //
-// Before the first time and after the last the end's value holds.  An empty array of times and one entry give that entry.
-// Neighbours of different sizes: the nearer one.  Segments shorter than 2e-9 s are no segments: the nearer end.
+// Before the first time and after the last time, returns the value at that end.  If there are no times, or there is
+// one entry, returns that entry.  If neighbours have different sizes, returns the nearer one.  In segments shorter
+// than 2e-9 s, returns the value at the nearer end.
 #pragma once
 
 #include <algorithm>
@@ -21,11 +22,13 @@ namespace dyntape::ocs2 {
 
 namespace lookup {
 
-// Of the intervals (-inf, t_0], (t_0, t_1], ..., (t_last, inf) the one that holds the time: 0 to timeArray.size().
+// The index of the interval that contains the time, among (-inf, t_0], (t_0, t_1], ..., (t_last, inf): 0 to
+// timeArray.size().
 inline int findIndexInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
   return static_cast<int>(std::lower_bound(timeArray.begin(), timeArray.end(), time) - timeArray.begin());
 }
-// The segment between two times: -1 before the first and at it, timeArray.size() - 1 after the last; 0 where there are no times.
+// The segment that contains the time: -1 at and before the first time, timeArray.size() - 1 after the last time; 0
+// if there are no times.
 inline int findIntervalInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
   return timeArray.empty() ? 0 : findIndexInTimeArray(timeArray, time) - 1;
 }
@@ -33,7 +36,7 @@ inline int findIntervalInTimeArray(const scalar_array_t& timeArray, scalar_t tim
 inline int findActiveIntervalInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
   return !timeArray.empty() && time == timeArray.front() ? 0 : findIntervalInTimeArray(timeArray, time);
 }
-// And ArgumentError outside of all segments.
+// Also throws ArgumentError if the time is outside all segments.
 inline int findBoundedActiveIntervalInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
   const int found = findActiveIntervalInTimeArray(timeArray, time);
   if (found < 0 || found + 1 >= static_cast<int>(timeArray.size()))
@@ -83,7 +86,7 @@ inline index_alpha_t timeSegment(scalar_t enquiryTime, const scalar_array_t& tim
   return {k, end - enquiryTime > enquiryTime - begin ? 1.0 : 0.0};
 }
 
-// accessor(data, k): what is interpolated of entry k.
+// accessor(data, k): the quantity of entry k to interpolate.
 template <class Data, class Alloc, class Accessor = detail::Itself>
 auto interpolate(index_alpha_t indexAlpha, const std::vector<Data, Alloc>& dataArray,
                  Accessor accessor = {}) {
@@ -105,7 +108,7 @@ auto interpolate(scalar_t enquiryTime, const scalar_array_t& timeArray,
   return interpolate(timeSegment(enquiryTime, timeArray), dataArray, accessor);
 }
 
-// As versions of OCS2 before 2021 have it: the result by reference.  Returns the segment.
+// The call of OCS2 before 2021: the result is an argument.  Returns the segment.
 template <class Field, class Data, class Alloc, class Accessor = detail::Itself>
 requires(!std::is_same_v<std::remove_cvref_t<Field>, scalar_array_t>) index_alpha_t
     interpolate(scalar_t enquiryTime, Field& enquiryData, const scalar_array_t& timeArray,
@@ -117,7 +120,7 @@ requires(!std::is_same_v<std::remove_cvref_t<Field>, scalar_array_t>) index_alph
 
 }  // namespace LinearInterpolation
 
-// References over time: what costs follow.
+// References over time, which costs follow.
 struct TargetTrajectories {
   TargetTrajectories() = default;
   TargetTrajectories(scalar_array_t times, vector_array_t states, vector_array_t inputs = {})

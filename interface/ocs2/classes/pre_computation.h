@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What terms of a problem compute once for all of them; a client derives its own and casts.
+// Results that several terms of a problem share.  A client derives a class and casts:
 //
 //   const auto& mine = cast<MyPreComputation>(preComputation);
 #pragma once
@@ -22,7 +22,8 @@ enum class Request {
 
 class RequestSet {
  public:
-  constexpr RequestSet(Request request) : bits_(static_cast<unsigned>(request)) {}  // NOLINT: one is a set
+  constexpr RequestSet(Request request)
+      : bits_(static_cast<unsigned>(request)) {}  // NOLINT: a single request is a set
   constexpr RequestSet operator+(RequestSet other) const { return RequestSet(bits_ | other.bits_); }
   constexpr bool contains(Request request) const { return (bits_ & static_cast<unsigned>(request)) != 0; }
   constexpr bool containsAny(RequestSet other) const { return (bits_ & other.bits_) != 0; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Dynamics of a client's own, derived for it: OCS2's SystemDynamicsBaseAD.
+// OCS2's SystemDynamicsBaseAD: a client derives the dynamics of a system, dyntape differentiates them.
 //
 //   class Pendulum : public ocs2::SystemDynamicsBaseAD {
 //    public:
@@ -15,18 +15,20 @@
 //   Pendulum pendulum;
 //   auto dxdt = pendulum.linearApproximation(0, x, u, {});         // f (nx), dfdx (nx x nx), dfdu (nx x nu)
 //
-// Flow map, jump map (default: the state stays) and guard surfaces (default: one, which is -1 everywhere) are a library each, of
-// first order; the last two are made when they are asked for.  flowMapDerivativeTime() and its kin evaluate the derivative at the
-// point that they are given, whatever was called before.
+// Each of these is a library of first order; the last two are made at their first use:
+//   flow map
+//   jump map         default: the state does not change
+//   guard surfaces   default: one surface, -1 everywhere
+// flowMapDerivativeTime() and similar calls evaluate the derivative at their own arguments, not at an earlier point.
 //
-// Errors: ArgumentError for sizes and without initialize; those of CppAdInterface.
+// ArgumentError: sizes, initialize() was not called.  Other errors: those of CppAdInterface.
 #pragma once
 
 #include <dyntape/interface/ocs2/classes/costs.h>
 
 namespace dyntape::ocs2 {
 
-// What terms share is computed by the object's own PreComputation where a call brings none.
+// A call without a PreComputation uses the object's own.
 class SystemDynamicsBase {
  public:
   explicit SystemDynamicsBase(const PreComputation& preComputation = PreComputation())
@@ -45,7 +47,7 @@ class SystemDynamicsBase {
   virtual VectorFunctionLinearApproximation linearApproximation(scalar_t time, const vector_t& state,
                                                                 const vector_t& input,
                                                                 const PreComputation& preComp) = 0;
-  // By default the state stays, and there is one surface at which nothing ever is.
+  // Defaults: the state does not change, and there is one surface that is never reached.
   virtual vector_t computeJumpMap(scalar_t time, const vector_t& state, const PreComputation& preComp);
   virtual vector_t computeGuardSurfaces(scalar_t time, const vector_t& state);
   virtual VectorFunctionLinearApproximation jumpMapLinearApproximation(scalar_t time, const vector_t& state,

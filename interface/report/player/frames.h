@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The samples of a motion brought to the times at which a page shows it.
+// Resamples a motion at the times of a page's frames.
 //
 //   const PlayerFrames frames = player_frames(input);
 //   frames.X_WB[k][i]        // body i at time frames.t[k]
 //
-// Times are evenly spaced from the first sample to the last.  Between samples configurations and values are
-// interpolated; contacts, which come and go at once, are those of the last sample before.
+// Times are evenly spaced from the first sample to the last.  Configurations and values are interpolated between
+// samples; contacts, which are discontinuous, are those of the previous sample.
 #pragma once
 
 #include <vector>

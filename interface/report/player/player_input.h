@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a page that plays a motion is made from; player.h says how.  World frame, z upwards.
+// The input of a page that plays a motion (player.h).  World frame, z upwards.
 #pragma once
 
 #include <optional>
@@ -12,21 +12,21 @@
 
 namespace dyntape {
 
-// What the ground does to the robot at a point, world frame.
+// The contact force on the robot at a point, world frame.
 struct PlayerContact {
   Eigen::Vector3d point;  // m
   Eigen::Vector3d force;  // N
 };
 
-// Something besides the motion that is told while it plays, a number a sample.
+// A quantity that is displayed during the motion, one number per sample.
 struct PlayerValue {
   std::string name, unit;
   Eigen::VectorXd values;  // (samples)
 };
 
-// Points x with normal . x = offset; the robot is where normal . x is more.
+// The plane normal . x = offset; the robot is on the side normal . x > offset.
 struct PlayerPlane {
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // any length but zero
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // any nonzero length
   double offset = 0;                                  // m, for a normal of unit length
 };
 
@@ -40,14 +40,13 @@ struct PlayerInput {
   std::string title;
   dynamics::Model<double> model;
   dynamics::UrdfVisuals visuals = {};
-  std::vector<dynamics::Visual> surroundings =
-      {};                  // what is no part of the robot, fixed to the world (body -1)
-  Eigen::VectorXd t = {};  // (samples) s, at least one, not decreasing
-  Eigen::MatrixXd q = {};  // (nq x samples)
-  std::vector<std::vector<PlayerContact>> contacts = {};  // empty, or a list a sample
+  std::vector<dynamics::Visual> surroundings = {};        // objects fixed to the world (body -1)
+  Eigen::VectorXd t = {};                                 // (samples) s, at least one, not decreasing
+  Eigen::MatrixXd q = {};                                 // (nq x samples)
+  std::vector<std::vector<PlayerContact>> contacts = {};  // empty, or one list per sample
   std::vector<std::string> traces = {};                   // frames whose paths are drawn
   std::vector<PlayerValue> values = {};
-  std::optional<PlayerPlane> plane = {};  // without either: a grid below the robot
+  std::optional<PlayerPlane> plane = {};  // without plane and terrain: a grid below the robot
   std::optional<PlayerHeights> heights = {};
 };
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Curves of motions.
+// Makes curves of motions for plots.
 //
 //   panel.series.push_back(curve("speed", t, v));
-//   plot.panels = {over_time("velocity", "[m/s]", {"x", "y", "z"}, t, v)};      // a row of v a name
+//   plot.panels = {over_time("velocity", "[m/s]", {"x", "y", "z"}, t, v)};      // one row of v per name
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ inline Series curve(const std::string& name, const Eigen::VectorXd& x, const Eig
   return {.name = name, .x = {x.begin(), x.end()}, .y = {y.begin(), y.end()}};
 }
 
-// A curve a row over t (s).
+// One curve per row over t (s).
 inline Panel over_time(const std::string& title, const std::string& y_label,
                        const std::vector<std::string>& names, const Eigen::VectorXd& t,
                        const Eigen::MatrixXd& rows) {

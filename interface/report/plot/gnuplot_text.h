@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Values and texts as gnuplot reads them, and where things stand (private to the pictures).
+// Formats values and texts for gnuplot, and positions (private to the pictures).
 #pragma once
 
 #include <string>
 
 namespace dyntape::io {
 
-// An expression for gnuplot: in single quotes, where it substitutes nothing, and quotes of the text itself in double ones;
+// A gnuplot expression: in single quotes, where nothing is substituted, with quotes of the text in double ones;
 // control characters become blanks.
 std::string gnuplot_quoted(const std::string& text);
 
 // A number with ten digits, NaN if it is not finite.
 std::string gnuplot_number(double value);
 
-// About how wide a text comes out in a sans-serif font of that size [px].
+// The approximate width of a text in a sans-serif font of that size [px].
 double text_width(const std::string& text, double size);
 
 // A rectangle in pixels, y downwards from the top of the picture.

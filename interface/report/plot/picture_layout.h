@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where the parts of a picture stand and how far its axes reach (private to the pictures).
+// The layout of a picture and the ranges of its axes (private to the pictures).
 #pragma once
 
 #include <vector>
@@ -15,22 +15,22 @@ inline constexpr double kLeft = 78, kRight = 26, kBottom = 58, kTop = 14;  // ar
 inline constexpr double kHeadRow = 24, kTitleRow = 40;
 inline constexpr double kSample = 26;  // the line in the legend [px]
 
-// A row of a legend: which series, and where each begins [px].
+// A row of a legend: its series, and the start of each [px].
 struct LegendEntry {
   size_t panel, series;
   double x;
 };
 using LegendRow = std::vector<LegendEntry>;
 
-// What stands where in a panel.
+// The layout of a panel.
 struct Place {
   Box frame;
-  double head;                    // where the title begins [px]; the legend follows
-  std::vector<LegendRow> legend;  // none where the picture has one for all
+  double head;                    // position of the title [px]; the legend follows
+  std::vector<LegendRow> legend;  // empty if the picture has one legend for all
 };
 
 struct Layout {
-  std::vector<Place> places;  // one entry a panel
+  std::vector<Place> places;  // one entry per panel
   double legend_top = 0;      // of the legend of all panels [px]
   std::vector<LegendRow> legend;
   double height = 0;  // of the picture [px]
@@ -39,7 +39,7 @@ struct Layout {
 // Row by row of the grid.
 Layout arrange(const Plot& plot);
 
-// A text that is no wider [px]: of longer ones the middle is left out.
+// A text limited to this width [px]; the middle of longer ones is replaced.
 std::string shortened(const std::string& text, double size, double width);
 
 // Zeros are drawn where the panel wants them.
@@ -51,7 +51,8 @@ bool drawable(const Panel& panel, double x, double y);
 // The part of the plane to show in the frame; an end that is NaN is left to gnuplot.
 void choose_limits(const Panel& panel, const Box& frame, Limits& x, Limits& y);
 
-// The distance between numbers along the axis, or of a logarithmic one the factor, at which they do not run into each other.
+// The distance between numbers along the axis, or of a logarithmic one the factor, at which they do not run into each
+// other.
 double tick_step(const Panel& panel, const Box& frame, const Limits& x);
 
 }  // namespace dyntape::io

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Which colour, dashes and points each series of a plot has (private to the pictures).
+// Chooses colour, dashes and points of each series of a plot (private to the pictures).
 //
-// In one plot a look belongs to one name, however many there are: where colours come round again, dashes and shapes change, then
-// colours get darker.  Series of one name in several panels look alike.
+// In a plot each name has its own style.  When colours repeat, dashes and points change, then colours get darker.
+// Series of one name in several panels have the same style.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ struct Look {
   int point;                // of gnuplot's pt
 };
 
-// One entry a panel, of one entry a series.
+// One entry per panel, with one entry per series.
 std::vector<std::vector<Look>> looks_of(const Plot& plot);
 
 }  // namespace dyntape::io

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A robot's function in packs of some width, seen without the width.  Internal.
+// Evaluates a robot's function in packs, behind an interface without the number of lanes.  Internal.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct PackedPath {
 
 template <class Pack>
 struct PathOf final : PackedPath {
-  // Results leave by parts that stay in the cache, but where joints follow others.
+  // Stores results in parts that stay in the cache, unless joints follow others.
   static constexpr std::size_t kPart = 128;
 
   PathOf(const dynamics::Model<double>& robot, const RobotFunction& function)
@@ -55,7 +55,7 @@ struct PathOf final : PackedPath {
   std::vector<Pack> x, y;
 };
 
-// As many lanes as a register has, and four at least.
+// A path with the lanes of a register, at least four.
 std::unique_ptr<PackedPath> best_packed_path(const dynamics::Model<double>& model,
                                              const RobotFunction& function);
 

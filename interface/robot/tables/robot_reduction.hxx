@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A row of the table where joints follow others: states and results without the followers, in front of a row that
-// runs on full vectors.  Internal.
+// Runs a row of the table for a robot with mimic joints: states and results without followers, around a row that
+// works on full vectors.  Internal.
 //
-// With G the multipliers (dynamics/algorithms/mimic.h) a state goes in as q_full = G q + offset, v_full = G v, a_full = G a,
-// and torques act on leaders.  The factors of linear forms go in as what they are multiplied with comes out.  Of a
-// result, what kNv says is multiplied by G^T or G (torques; derivatives by q, v, a), and of what kNvMoved says
-// the entries of followers are left out (accelerations; derivatives by torques).  Data::following makes the row's
-// forward dynamics that of the leaders.  docs/math.md (J.11) to (J.16).
+// With G the multipliers (dynamics/algorithms/mimic.h) a state becomes q_full = G q + offset, v_full = G v, a_full =
+// G a, and torques act on leaders.  The factors of linear forms transform like their dual quantities.  Results of
+// kind kNv are multiplied by G^T or G (torques; derivatives by q, v, a); in results of kind kNvMoved the entries of
+// followers are omitted (accelerations; derivatives by torques).  With Data::following the row's forward dynamics is
+// that of the leaders.  Source: docs/math.md (J.11) to (J.16).
 #pragma once
 
 #include <dyntape/dynamics/model/following.h>
@@ -48,7 +48,7 @@ class RobotReduction {
     return full_;
   }
 
-  // Where the row writes what it has on full vectors.
+  // The buffer for the row's results on full vectors.
   T* full_result() { return result_.data(); }
   void reduce(T* to) const {
     const T* from = result_.data();
@@ -70,11 +70,11 @@ class RobotReduction {
   }
 
  private:
-  // Where an entry goes, times what; index -1: nowhere.
+  // Destination of an entry, and its factor; index -1: none.
   struct Target {
     int index = -1;
     double factor = 1;
-    int reduced = 1;  // extent that results have
+    int reduced = 1;  // extent of the results
   };
   struct Block {
     std::vector<Target> rows, cols, pages;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// All functions of a robot.  A new function is a row here (robot_rows.h says what a row is); eval, generate,
-// bench, recordings, packs and the tests follow.  Internal; read once a scalar, by robot_instantiate.h.
+// The table of all robot functions.  To add a function, add a row (robot_rows.h explains rows); eval, generate,
+// bench, recordings, packs and the tests follow.  Internal; included once per scalar, by robot_instantiate.h.
 #pragma once
 
 #include <dyntape/interface/robot/robot_rows.h>

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The loop that a robot as one mass closes, and what is left of it.
+// Runs the closed loop of a centroidal task, and writes its results.
 //
 //   const CentroidalTask task = read_centroidal_task("config/control/solo12_pushed.info");
 //   ControlReport report = control_task(task);
 //   write_control(task, report, "out");
 //
-// write_control leaves in the folder: closed_loop.csv (t, c.*, v.*, k.*, f.* as the floor gives them, and of each step ms,
-// iterations, usable), report.json, closed_loop.svg, support.svg (paths of the centre of mass, of capture point and centre of
-// pressure over the support), steps.svg, motion.html (the robot with its centre of mass there, by standing.h).
+// write_control writes: closed_loop.csv (t, c.*, v.*, k.*, f.* with the actual contact forces, and for each step ms,
+// iterations, usable), report.json, closed_loop.svg, support.svg (paths of the centre of mass, capture point and
+// centre of pressure over the support polygons), steps.svg, motion.html (the robot with this centre of mass, by
+// standing.h).
 //
-// Errors: those of close_loop.
+// Errors.  Those of close_loop.
 #pragma once
 
 #include <dyntape/interface/files/task/centroidal_task.h>

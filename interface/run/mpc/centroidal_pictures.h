@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Pictures of a robot as one mass (centroidal_task.h).
+// Pictures of a centroidal task (centroidal_task.h).
 //
 //   io::draw(mass_plot(task, motion), "out/closed_loop.svg");
 //   io::draw(support_plot(task, motion), "out/support.svg");
@@ -13,34 +13,35 @@
 
 namespace dyntape {
 
-// (3 feet x points) What the floor does to each foot (N): the plan's forces, none on feet in the air.
+// (3 feet x points) The contact forces on the feet (N): the plan's, zero for feet in the air.
 Eigen::MatrixXd forces_on_floor(const CentroidalTask& task, const Trajectory& motion);
 
-// The corners of the smallest convex polygon around points on the floor, anticlockwise; fewer than three where all are in line.
+// The convex hull of points on the floor, anticlockwise; fewer than three corners if all points are on a line.
 std::vector<Eigen::Vector2d> support_polygon(std::vector<Eigen::Vector2d> points);
 
-// Where the robot would have to put its pressure to come to rest: c + v / omega on the floor, omega^2 = g / height above the feet
-// that are given.  (2), m.
+// The capture point c + v / omega on the floor, omega^2 = g / height above the given feet.  (2), m.
 Eigen::Vector2d capture_point(const CentroidalBody& body, const Eigen::VectorXd& state);
 
-// (3) Where the centre of mass is to be, m.
+// (3) The target of the centre of mass, m.
 Eigen::Vector3d wanted_mass(const CentroidalTask& task, double t);
 
-// Feet that stand together, from one point of a motion to another: the corners of their support, from above.
+// Feet that are on the floor together, from one point of a motion to another: the corners of the support polygon,
+// from above.
 struct SupportPhase {
   int first, last;
   std::vector<Eigen::Vector2d> corners;
 };
 std::vector<SupportPhase> support_phases(const CentroidalTask& task, const Eigen::VectorXd& t);
 
-// Centre of mass beside where it is to be, velocity, angular momentum and forces over time.
+// Centre of mass with its target, velocity, angular momentum and forces over time.
 io::Plot mass_plot(const CentroidalTask& task, const Trajectory& motion);
 
-// Centre of mass, capture point and centre of pressure with every support: from above, and over time with the supports' edges.
+// Centre of mass, capture point and centre of pressure with every support polygon: from above, and over time with
+// the polygon's edges.
 io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion);
 
-// The robot with its trunk as at the start and its legs where they have to be for that.  Where they cannot be, the page says
-// by how much.
+// The robot with its trunk as at the start and the required leg positions.  If the legs cannot reach them, the page
+// shows the distance.
 PlayerInput mass_player(const CentroidalTask& task, const Trajectory& motion,
                         const std::stop_token& stop = {});
 

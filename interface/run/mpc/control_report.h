@@ -60,7 +60,8 @@ ClosedLoopOptions loop_options(const Task::Control& control, const std::stop_tok
 // The report of a loop: with feedback, of a second one without as well.
 ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& options, const Off& off);
 
-// The curves of a loop with how far it is from its goal below them, and lines where pushes act.
+// Plots the closed-loop trajectories; the lower panel shows the distance to the goal, vertical lines mark
+// disturbances.
 io::Plot with_pushes(io::Plot curves, const ControlReport& report);
 
 io::Plot steps_plot(const ControlReport& report);

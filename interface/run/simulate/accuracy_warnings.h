@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Whether the steps of a motion were short enough to be trusted, from states noted along it.
+// Checks, from states stored along a motion, whether the steps were short enough.
 //
 //   std::vector<Look> looks;                                  // {step k, state x there}
 //   const std::string warning = doubt_of_steps(scene, stepper, looks);      // "" or a sentence
 //
-// A friction that is too stiff for the step makes the motion tremble, which neither its energy nor its end shows.
+// If friction is too stiff for the step, the motion trembles; neither the energy nor the final state shows this.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@
 
 namespace dyntape {
 
-// A place of a motion where steps are looked at for being too long, evenly in time, whatever is sampled.
+// A place of a motion where the steps are checked.  Places are evenly spaced in time, independent of the samples.
 struct Look {
   long step;
   Eigen::VectorXd x;
@@ -24,29 +24,30 @@ struct Look {
 
 bool is_look(const Scene& scene, long step);
 
-// Squared: m, rad, m/s, rad/s of a state that nothing real is in, and whose energy is still a number; what is said of it.
+// Limits, squared (m, rad, m/s, rad/s), beyond which no real motion is although its energy is still a number; and
+// the sentence for such a state.
 constexpr double kBeyond = 1e100;
 constexpr const char* kUnbounded = "the motion grows without bound; take shorter steps";
 
-// Why a motion ends at t: steps that are too long there, or else what its step says.
+// The reason why a motion ends at t: too long steps at that time, or else the message of the step.
 std::string trouble_of_step(const Scene& scene, double t, const Eigen::VectorXd& x, const std::string& why);
 
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks);
 
-// Of the stiffness at places of a motion, where joints turn round within the step as well.
+// Checks the stiffness at places of a motion, also where joints change direction within the step.
 std::string doubt_of_stiffness(const Scene& scene, const std::vector<Look>& looks);
 
-// At a few places of a motion, how far two half steps lead from a whole one.
+// Compares two half steps with a whole step at a few places of a motion.
 class HalfSteps {
  public:
-  // Two half steps with u held, of parameters p, beside the whole one from x.
+  // Two half steps with u held, of parameters p, and the whole step from x.
   void try_at(const Scene& scene, Stepper& stepper, const Look& look, const Eigen::VectorXd& u,
               const Eigen::VectorXd& p, const Eigen::VectorXd& whole);
-  // Their ends.
+  // The ends of these steps.
   void note(const Scene& scene, const Look& look, const Eigen::VectorXd& whole, const Eigen::VectorXd& twice);
 
   const std::vector<Look>& looks() const { return looks_; }
-  // Where they lead elsewhere again and again: friction that trembles, forces that come and go within a step.
+  // A sentence if the ends differ repeatedly: trembling friction, or forces that begin and end within a step.
   std::string warning() const;
 
  private:
@@ -55,7 +56,7 @@ class HalfSteps {
   Eigen::VectorXd most_;                 // change of v in a step
 };
 
-// What the motors give at a state: those with a lag have a state of their own, the others follow u.
+// The motors' torques at a state: motors with a lag have a state; the others give u.
 Eigen::VectorXd drive_in(const Scene& scene, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
 
 }  // namespace dyntape

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What each effect of a scene costs: the same scene with and without it, recorded, counted and timed.
+// The cost of each effect of a scene: records, counts and times the scene with and without the effect.
 //
 //   for (const EffectCost& cost : effect_costs(scene, {})) std::cout << cost.name << cost.value.operations;
 #pragma once
@@ -18,7 +18,7 @@ struct Cost {
   double seconds = 0;  // of one evaluation; 0: not measured
 };
 
-// Of forward dynamics: accelerations, and with them their Jacobian by (q, v, tau).
+// The cost of forward dynamics: accelerations, and accelerations with their Jacobian by (q, v, tau).
 struct FunctionCost {
   Cost value, jacobian;
 };
@@ -26,21 +26,22 @@ struct FunctionCost {
 struct EffectCost {
   std::string name;
   bool acts = false;
-  FunctionCost added;  // the scene's less those without the effect
+  FunctionCost added;  // the scene's cost minus the cost without the effect
 };
 
-// Of the whole scene.  `measured`: also compiled and timed, some tens of milliseconds each once the cache has it.
+// The cost of the whole scene.  `measured`: also compiles and times, some tens of milliseconds each if the cache has
+// it.
 FunctionCost scene_cost(const RobotScene& scene, const CodegenOptions& options, bool measured);
-// One an effect, in the order in which they act.
+// The cost of each effect, in the order in which the effects act.
 std::vector<EffectCost> effect_costs(const RobotScene& scene, const CodegenOptions& options, bool measured);
 
-// The resolved robot and what acts on it, as text: `explain` of scenes and tasks begins with it.
+// The resolved robot and its effects as text, the first part of `explain` for scenes and tasks.
 std::string robot_text(const RobotScene& scene, const std::string& urdf,
                        const std::vector<std::string>& notes);
-// A table of effects with what each adds.
+// A table of effects with their costs.
 std::string effects_text(const std::vector<EffectCost>& costs);
 
-// Loops, rigid contacts and hard limits, a line each; "" without.
+// Loops, rigid contacts and hard limits, one line each; "" if there are none.
 std::string constraints_text(const RobotScene& scene);
 
 }  // namespace dyntape

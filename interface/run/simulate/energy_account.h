@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The balance of energy of a motion, mechanism by mechanism, from its start step by step.
+// The energy balance of a motion, by mechanism, from the start, step by step.
 //
 //   EnergyAccount account(scene, meter.layout(), [](const MatrixXd& work) { ... });    // (flows, mechanisms) J
 //   account.start(energy);
 //   account.add(energy, unstored_work_of_step);
 //   doubt_of_energy(account.finish())                     // "" or a sentence (energy_balance.h)
 //
-// The work since the start is told once for the start and once a step, in order; a step or two later where the quadrature looks
-// ahead.  The work of a potential is what it stores less.  That of everything else is the integral of its power over the step, by
-// the rule that the scheme itself follows (step_work.h):
-//   kStage     schemes with one evaluation of the forces a step: the impulse h f of the step along its mean velocity, which
-//              changes the kinetic energy by exactly that where the mass matrix is constant
-//   kCubic     Runge-Kutta, commands that stay: the cubic through the powers at four neighbouring steps, exact to h^4 (quadrature.h)
-//   kSimpson   Runge-Kutta, commands that change: Simpson's rule within each step, with the state after half a step
+// The callback gets the work since the start: once for the start and once for each step, in order.  With the rule
+// kCubic the call comes a step or two later.  The work of a potential is minus the change of its energy.  All other
+// work is the integral of the power over the step, by the rule of the scheme (step_work.h):
+//   kStage     schemes with one evaluation of the forces per step: the impulse h f of the step along its mean velocity;
+//              with a constant mass matrix this is exactly the change of kinetic energy
+//   kCubic     Runge-Kutta with constant commands: the cubic through the powers at four neighbouring steps, exact to
+//              h^4 (quadrature.h)
+//   kSimpson   Runge-Kutta with changing commands: Simpson's rule within each step, with the state after half a step
 //   kGauss     adaptive steps: Gauss' rule within each internal step, on the scheme's own interpolant
 #pragma once
 
@@ -36,9 +37,9 @@ class EnergyAccount {
   EnergyAccount(const Scene& scene, const EnergyLayout& layout, Take take = {});
 
   void start(const Energy& energy);
-  // After a step.  The cubic needs the powers of `energy` alone.
+  // Call after each step.  The rule kCubic needs only the powers in `energy`.
   void add(const Energy& energy, const Eigen::MatrixXd& unstored_work_of_step);
-  // Of motions whose unstored work since the start is known by other means; more rows than flows are of rigid contacts.
+  // For motions with known unstored work since the start; rows after the flows belong to rigid contacts.
   void reach(const Energy& energy, const Eigen::MatrixXd& unstored_work);
   const std::vector<MechanismBalance>& finish();
 

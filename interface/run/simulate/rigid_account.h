@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The work of all that acts along steps with rigid contacts, and what these carry.
+// The work of all forces along steps with rigid contacts, and the contacts' reactions.
 //
 //   RigidAccount account(scene, energy_meter);
 //   account.add(rigid, u, h);                        // after each step of a RigidStepper
@@ -8,8 +8,8 @@
 //                                                    //   hard limits; of each mechanism
 //   account.reactions()                              // (m) mean forces of the rows over the last step (N, N m)
 //
-// Powers are integrated piece by piece, between events (step_work.h).  Impulses: p . (u- + u+) / 2, which is the
-// change of the kinetic energy exactly.
+// Powers are integrated piece by piece, between events (step_work.h).  The work of an impulse is p . (u- + u+) / 2,
+// exactly the change of the kinetic energy.
 #pragma once
 
 #include <dyntape/interface/run/simulate/step_work.h>
@@ -21,14 +21,14 @@ class RigidAccount {
  public:
   RigidAccount(const Scene& scene, EnergyMeter& meter);
 
-  // Besides those of the meter: of what the scene has.
+  // The flows besides those of the meter that the scene has.
   static std::vector<std::string> names(const SceneConstraints& constraints);
 
   void add(RigidStepper& rigid, const Eigen::VectorXd& u, double h);
 
   const Eigen::MatrixXd& work() const { return work_; }
   const Eigen::VectorXd& reactions() const { return reactions_; }
-  long impacts() const { return impacts_; }  // contacts and stops that hit
+  long impacts() const { return impacts_; }  // number of contacts and stops that hit
 
  private:
   void add_rows(const Eigen::VectorXd& products);

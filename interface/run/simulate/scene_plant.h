@@ -5,10 +5,11 @@
 //   const auto plant = std::make_shared<ScenePlant>(scene, state);
 //   options.plant = [plant](auto& x, double from, double to, const auto& control) { return plant->move(x, from, to, control); };
 //
-// Its steps are those of the scene, shortened to end where it is asked to, and halved where they have no solution.  Of controls the first ones are the driven joints'; a
-// command holds over a step.  States of motors with a lag, and which rigid contacts are closed, stay from call to call.
+// Its steps are the scene's, shortened to end at the requested time, and halved if they have no solution.  The first
+// controls are the commands of the driven joints; a command is held over a step.  States of motors with a lag, and
+// the set of closed rigid contacts, persist between calls.
 //
-// Errors: ArgumentError where rigid contacts are below their ground at the start.
+// ArgumentError: a rigid contact is below its ground at the start.
 #pragma once
 
 #include <functional>
@@ -21,7 +22,7 @@ class ScenePlant {
  public:
   ScenePlant(const Scene& scene, const Eigen::VectorXd& start);  // start (q, v)
 
-  // "", or why there is no further step.
+  // "", or the reason why there is no further step.
   std::string move(Eigen::VectorXd& x, double from, double to,
                    const std::function<Eigen::VectorXd(double t)>& control);
 

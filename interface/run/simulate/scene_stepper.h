@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The steps of a scene, with rigid contacts and stops or without.
+// Makes the steps of a scene, with or without rigid contacts and stops.
 //
 //   SceneStepper steps(scene, scene.evaluation);
 //   VectorXd x = start_of(scene).x, next = x;
 //   steps.start(x);
 //   steps.step(0, scene.step, x, u, next, &why);
 //
-// Errors: ArgumentError where rigid contacts are below their ground at the start.
+// ArgumentError: a rigid contact is below its ground at the start.
 #pragma once
 
 #include <optional>
@@ -18,9 +18,9 @@
 namespace dyntape {
 
 struct SceneStart {
-  Eigen::VectorXd x;        // (q, v, motors with a lag, which start where they are told to be)
-  double assembled_by = 0;  // how far a joint was moved to close the loops
-  double slowed_by = 0;     // how much its velocity was changed for that, largest entry
+  Eigen::VectorXd x;        // (q, v, motors with a lag, which start at their commands)
+  double assembled_by = 0;  // largest motion of a joint to close the loops
+  double slowed_by = 0;     // largest change of velocity to close the loops
 };
 SceneStart start_of(const Scene& scene);
 
@@ -28,8 +28,8 @@ struct SceneStepper {
   SceneStepper(const Scene& scene, const CodegenOptions& options);
   SceneStepper(const Scene& scene, const CodegenOptions& options, const Tolerances& tolerances);
 
-  void start(const Eigen::VectorXd& x);  // what touches there is closed
-  // False where there is no step, and *why says what happened.
+  void start(const Eigen::VectorXd& x);  // contacts that touch at x are closed
+  // False if there is no step; *why then has the reason.
   bool step(double t, double h, const Eigen::VectorXd& x, const Eigen::VectorXd& u, Eigen::VectorXd& next,
             std::string* why);
 

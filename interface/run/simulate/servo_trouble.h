@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Whether motors that follow a table hold the robot, though they are told once a step: from one step to the next increments go as
-//   x+ = (exp(Z h) by x and u) (x, -stiffness q - damping v),       Z = (A, B; 0, 0), lags of motors in it,
-// whatever the scheme.  A mode that changes its sign from step to step and grows, or grows a hundredfold over the motion,
-// is trouble; modes that grow however short the steps are, as of a pendulum upside down, are the robot's own.
-// With a stiffness and no damping all grow, at a rate of stiffness h / (4 mass): a little of that is what such motors do.
+// Checks whether motors that follow a table hold the robot, although they get a command only once a step.  From one
+// step to the next, increments follow
+//   x+ = (exp(Z h) by x and u) (x, -stiffness q - damping v),       Z = (A, B; 0, 0), with lags of motors,
+// for every scheme.  A mode is trouble if it grows and changes its sign from step to step, or grows a hundredfold
+// over the motion.  Modes that grow with any step, as of an inverted pendulum, belong to the robot.  With a
+// stiffness and no damping all modes grow, at a rate of stiffness h / (4 mass); a small growth of this kind is
+// accepted.
 //
-//   servo_trouble(scene, A, B)       // "", or why not, with the longest step
+//   servo_trouble(scene, A, B)       // "", or the reason with the longest step
 #pragma once
 
 #include <string>
@@ -15,7 +17,7 @@
 
 namespace dyntape {
 
-// Of a scene whose commands follow; A and B as of a LinearMotion (stability.h).
+// For a scene whose commands follow a table; A and B as in a LinearMotion (stability.h).
 std::string servo_trouble(const Scene& scene, const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
 }  // namespace dyntape

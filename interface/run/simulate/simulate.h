@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The motion of a scene: its recorded step, compiled, over and over.
+// Simulates a scene: records and compiles its step, and runs it.
 //
 //   const Scene scene = read_scene("config/scenes/pendulum.info");
 //   const SimulatedMotion motion = simulate(scene);
 //   motion.q.col(k)                    // at motion.t[k]
-//   motion.energy_error()              // what the energy balance is off by, J
+//   motion.energy_error()              // residual of the energy balance, J
 //
-// The step contains what the scene calls for and nothing else: effects that are off leave no operation.
+// The step has the scene's effects only; effects that are off add no operation.
 //
-// Energy balance.  The kinetic energy changes by the work of the motors and of each effect, gravity among them,
-//   T = T(0) + sum of W + what the steps gave.
-// W of what a potential stores is what it stores less.  Other work is that of the scheme's own forces along its own velocities
-// (energy_account.h), so that a scheme that keeps the energy balances to rounding, and another is off by what it took or gave.
-// With rigid contacts or hard limits it is taken between events (rigid_account.h); power is then of the other flows alone.  More
-// than a tenth of what moved, in any mechanism by itself, is a warning (energy_balance.h).
+// Energy balance.  The kinetic energy changes by the work of the motors and of each effect, including gravity,
+//   T = T(0) + sum of W + error of the steps.
+// For a potential, W is the decrease of the stored energy.  Other work is that of the scheme's own forces along its
+// own velocities (energy_account.h).  So an energy-preserving scheme balances to rounding; for another the residual
+// is the energy that its steps add or remove.  With rigid contacts or hard limits the balance holds between events
+// (rigid_account.h); power is then of the other flows only.  If the residual of any mechanism exceeds a tenth of the
+// moving energy, there is a warning (energy_balance.h).
 //
-// A motion that leaves the finite numbers, or a step whose equations have no solution, ends the simulation there:
-// `trouble` says when and why.  One whose steps are too long to be trusted has a `warning` (stability.h).
+// If the motion is no longer finite, or a step's equations have no solution, the simulation ends and `trouble` says
+// when and why.  If steps are too long, there is a `warning` (stability.h).
 #pragma once
 
 #include <functional>
@@ -31,7 +32,7 @@
 
 namespace dyntape {
 
-// What adds energy to the robot or takes it away, at each sample.
+// A supplier or consumer of the robot's energy, at each sample.
 struct EnergyFlow {
   std::string name;           // of the effect, or "motors"
   std::vector<double> power;  // (W), positive: the robot gains energy
@@ -42,31 +43,30 @@ struct SimulatedMotion {
   std::vector<double> t;                // (s)
   Eigen::MatrixXd q, v, drive;          // (nq, nv, driven joints) x samples; drive: torques of the motors
   std::vector<double> kinetic, stored;  // (J)
-  // (m) x samples, of the rows of rigid contacts and stops (rigid_contacts.h): their means over the step that ends with the
-  // sample, impulses included (N, N m).
+  // (m) x samples: forces of rigid contacts and stops (rigid_contacts.h), averaged over the step that ends at the
+  // sample, including impulses (N, N m).
   Eigen::MatrixXd reactions;
   std::vector<EnergyFlow> flows;
 
   long impacts = 0;                        // of rigid contacts and stops
-  double assembled_by = 0;                 // how far a joint was moved to close the loops at the start
-  double slowed_by = 0;                    // how much its velocity was changed for that, largest entry
-  double loop_error = 0;                   // the farthest that loops were open at samples (m, rad)
-  double deepest = 0;                      // likewise, the farthest that rigid contacts and stops were passed
-  long steps = 0;                          // that were made
-  StepEffort effort = {};                  // of adaptive ones
-  std::string trouble;                     // why it ended ahead of its time, or ""
-  std::string warning;                     // where its steps are too long to be trusted, or ""
-  std::vector<MechanismBalance> balances;  // of energy, at every step
-  bool was_stopped = false;                // from outside
+  double assembled_by = 0;                 // largest change of a joint to close the loops at the start
+  double slowed_by = 0;                    // largest change of an entry of the velocity for the same reason
+  double loop_error = 0;                   // largest error of the loops at samples (m, rad)
+  double deepest = 0;                      // largest penetration of rigid contacts and stops at samples
+  long steps = 0;                          // number of steps made
+  StepEffort effort = {};                  // of adaptive steps
+  std::string trouble;                     // reason of an early end, or ""
+  std::string warning;                     // why its steps are too long, or ""
+  std::vector<MechanismBalance> balances;  // energy balances, at every step
+  bool was_stopped = false;                // by the caller
   std::size_t operations = 0;              // of one step
-  double step_seconds = 0, build_seconds = 0;  // of all steps; of recording, compiling and loading
-  std::vector<std::string> sources = {};       // C files, where there are any
+  double step_seconds = 0, build_seconds = 0;  // all steps; recording, compiling and loading
+  std::vector<std::string> sources = {};       // C files, if any
 
   int samples() const { return static_cast<int>(t.size()); }
   bool is_whole() const { return trouble.empty() && warning.empty() && !was_stopped; }
   double energy(int sample) const { return kinetic[std::size_t(sample)] + stored[std::size_t(sample)]; }
-  // Of the mechanism whose balance is the worst: what is missing (J), and the largest energy that moved, which it is to be
-  // compared with.
+  // For the mechanism with the worst balance: the residual (J), and the largest moving energy, its reference.
   double energy_error() const { return worst_of(balances).error; }
   double energy_scale() const { return worst_of(balances).moved; }
 };
@@ -78,7 +78,7 @@ struct SimulationWatch {
 
 SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch = {});
 
-// ArgumentError where its steps are too long already at the start, or that state is not finite; simulate() asks too.
+// Throws ArgumentError if the steps are too long at the start, or the state is not finite; simulate() calls it.
 void check_start(const Scene& scene);
 
 }  // namespace dyntape

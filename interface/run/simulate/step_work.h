@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The work over a step of all that no potential stores, with what the motors are told held as the step holds it.
+// The work over a step of all forces without a potential; commands of motors are held as the step holds them.
 //
 //   StepWork work(scene, energy_meter);
 //   work.between({begin, middle, end}, u, h)      // (flows, mechanisms) J, by the rule of the scene (energy_account.h)
@@ -11,8 +11,8 @@
 //   implicit-velocity     f at (q', v')                   w = (v + v') / 2
 //   implicit-midpoint,    f at (q (+) xi / 2, xi / h)     w = xi / h,   xi = q' (-) q
 //   variational
-// Other steps by Simpson's rule, but for motors: a torque that is held does tau . dq exactly, and one that follows its command
-// with a lag
+// Other steps use Simpson's rule, except for motors.  A held torque does tau . dq exactly; a torque that follows its
+// command with a lag does
 //   int (u + (m - u) exp(-s / lag)) v ds,     v the parabola through beginning, middle and end, exactly.
 #pragma once
 
@@ -24,9 +24,9 @@ namespace dyntape {
 class StepWork {
  public:
   struct States {
-    const Eigen::VectorXd &begin, &middle, &end;  // the middle is not read where a scheme has one evaluation
+    const Eigen::VectorXd &begin, &middle, &end;  // schemes with one evaluation do not read the middle
   };
-  // Where such a scheme evaluates the forces of a step, and w.
+  // The place at which such a scheme evaluates the forces of a step, and w.
   struct Stage {
     Eigen::VectorXd x, along;
   };
@@ -37,7 +37,7 @@ class StepWork {
   bool has_stage() const { return has_stage_; }
   Stage stage_of(const Eigen::VectorXd& begin, const Eigen::VectorXd& end, const Eigen::VectorXd& u,
                  double h) const;
-  // In place of what the sum has of motors.
+  // Replaces the part of motors in the sum.
   void put_motors(const States& x, const Eigen::VectorXd& u, double h, Eigen::MatrixXd& sum) const;
 
  private:
@@ -46,7 +46,7 @@ class StepWork {
   struct Motor {
     int dof, mechanism;
     double lag;         // s, 0: none
-    Eigen::Index in_x;  // where its torque is, with a lag
+    Eigen::Index in_x;  // index of its torque in x, with a lag
   };
   const Scene& scene_;
   EnergyMeter& meter_;
@@ -60,7 +60,7 @@ class StepWork {
 //   work.before_step(u); stepper.step(...); const MatrixXd& of_step = work.after_step(t, x, next);
 class MotionWork {
  public:
-  // Keeps references; while it is there, the stepper of an adaptive scheme tells it of its internal steps.
+  // Keeps references.  During its life, the stepper of an adaptive scheme reports its internal steps to it.
   MotionWork(const Scene& scene, EnergyMeter& meter, Stepper& stepper);
   ~MotionWork() { stepper_.watch({}); }
   MotionWork(const MotionWork&) = delete;

@@ -17,10 +17,10 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kOfLargest = 0.05, kLeast = 0.02;  // of the largest movement; m or rad
+constexpr double kOfLargest = 0.05, kLeast = 0.02;  // fraction of the largest movement; m or rad
 constexpr double kAfar = 10, kLeastAfar = 1e-3;     // relaxations; m
 
-// (nq) What each position's error is measured by.
+// (nq) The reference of each position's error.
 VectorXd movements(const Task& task, const Trajectory& motion) {
   const Eigen::Index nq = task.problem.positions;
   const auto kind = [&](Eigen::Index i) { return unit_of_state(task.scene.model, int(i)) == " m"; };
@@ -36,7 +36,7 @@ VectorXd movements(const Task& task, const Trajectory& motion) {
   return movement;
 }
 
-// Of the normal impulses the part that acts where the gap is wide.
+// The fraction of the normal impulses with a wide gap.
 double impulse_from_afar(const Task& task, const Trajectory& motion, double wide) {
   const auto& model = task.scene.model;
   const auto& rigid = task.scene.constraints.rigid;
@@ -58,7 +58,7 @@ double impulse_from_afar(const Task& task, const Trajectory& motion, double wide
   return all > 0 ? afar / all : 0;
 }
 
-// Torques of the interval that ends with point k, and what servos add at x, a share of it having passed.
+// Torques of the interval that ends at point k, plus position control at x, at a fraction of the interval.
 class Torques {
  public:
   Torques(const Task& task, const Trajectory& motion)
@@ -111,7 +111,7 @@ std::string move(const Torques& torques, const Trajectory& motion, int k, double
   return "";
 }
 
-// What is off most, from point to point.
+// The largest error, from point to point.
 void follow(const Task& task, const Trajectory& motion, ContactSimulation& result) {
   const Problem& problem = task.problem;
   const Torques torques(task, motion);

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The torques of a motion with rigid contacts, in the simulation of its scene: what contacts then do is not the solver's word.
+// Verifies a motion with rigid contacts by the simulation of its scene with the motion's torques.
 //
 //   const ContactSimulation simulated = simulate_contacts(task, motion);
-//   simulated.error                 // 0.012: no position is off by more than 1.2 % of how far it moves
-//   simulated.from_afar             // 0.003: so much of the contacts' impulse acts from a distance
+//   simulated.error                 // 0.012: the largest error of a position is 1.2 % of its movement
+//   simulated.from_afar             // 0.003: this fraction of the contacts' impulse acts at a distance
 //
-// From the motion's start, with the torque of an interval's end over the interval, at the scene's own step, and with the servos that
-// the task gives the driven joints (verify.servo_stiffness, servo_damping), together within the bounds of the task's controls; compared
-// at the motion's points.  Positions only: of a body that lands a step earlier the velocities differ, and nothing is wrong with that.
-// A position that moves little is measured by a twentieth of the largest movement of its kind (lengths; angles with entries of
-// orientations), and by 0.02 m or rad at least.
+// The simulation starts at the motion's start.  The torque at the end of an interval acts over the interval, at the
+// scene's own step, with the position control of the task (verify.servo_stiffness, servo_damping), within the bounds
+// of the controls.  Positions are compared at the motion's points.  Velocities are not compared: they differ if a
+// body lands a step earlier, which is not an error.  The error of a position is relative to its movement, at least
+// to a twentieth of the largest movement of its kind (lengths; angles with entries of orientations), and at least to
+// 0.02 m or rad.
 //
-// From a distance acts a normal force where the gap is more than a millimetre and than ten relaxations (implicit_contacts.h): less than a
-// tenth of the weight, which for long enough moves anything.
+// A normal force acts at a distance if the gap exceeds a millimetre and ten relaxations (implicit_contacts.h).  It
+// is then below a tenth of the weight, which over a long time still moves bodies.
 #pragma once
 
 #include <string>
@@ -24,21 +25,21 @@
 namespace dyntape {
 
 struct ContactSimulation {
-  double error = 0;          // the largest, as a part of how far the position moves
-  double off = 0, time = 0;  // in the state's unit, and when (s)
-  std::string state = {};    // whose
+  double error = 0;          // the largest, relative to the position's movement
+  double off = 0, time = 0;  // in the state's unit, and its time (s)
+  std::string state = {};    // the state with this error
   std::string unit = {};     // " rad"
-  double from_afar = 0;      // part of the normal impulses of all contacts
-  std::string trouble = {};  // why the simulation ended ahead of its time, or ""; `error` is then infinite
+  double from_afar = 0;      // fraction of the normal impulses of all contacts
+  std::string trouble = {};  // reason of an early end of the simulation, or ""; `error` is then infinite
 
   // "q.block is off by 0.012 m at 0.85 s, 1.2 % of its movement; 0.3 % of the impulse acts from a distance"
   std::string sentence() const;
 };
 
-// Of a task whose scene has rigid contacts (Task::simulated); `relaxation` (m) of the motion.
+// For a task whose scene has rigid contacts (Task::simulated); `relaxation` (m) of the motion.
 ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion, double relaxation);
 
-// ArgumentError where the motion begins with a contact below its plane.
+// Throws ArgumentError if the motion starts with a contact below its plane.
 void check_contacts_at_start(const Task& task);
 
 }  // namespace dyntape

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A motion of a task as the robot's coordinates and torques over time.
+// Coordinates, velocities, accelerations and torques of a task's motion over time.
 //
 //   const Curves c = curves_of(task, motion);
 //   c.tau.row(0);                               // of the first driven joint, at motion.t
@@ -18,7 +18,7 @@ struct Curves {
 // (N m or N) of the joint with that degree of freedom.
 double effort_limit(const dynamics::Model<double>& model, int dof);
 
-// What columns of a table call the controls: of torques "tau.elbow", of forces "f.rotor".
+// Names of the controls in tables: torques "tau.elbow", forces "f.rotor".
 std::vector<std::string> control_columns(const Task& task);
 
 Curves curves_of(const Task& task, const Trajectory& motion);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A task solved by differential dynamic programming, and on shorter steps where the motion is not what its controls do.
+// Solves a task by differential dynamic programming, and on shorter steps if re-simulation does not reproduce the
+// motion.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -28,7 +29,7 @@ std::vector<std::string> controls_at_limits(const Problem& problem, const Trajec
   return names;
 }
 
-// How far the motion ends from the goal: the states that it gives, and its frame.
+// The final distance from the goal: of the given states, and of its frame.
 void look_at_goal(const Task& task, const Trajectory& motion, DdpFacts& facts) {
   double squares = 0;
   const auto note = [&](double away, double moved, const std::string& what) {
@@ -87,7 +88,7 @@ class DdpRounds : SolveRounds {
   }
 
  private:
-  // Steps of one length: all are halved.
+  // All steps have one length and are halved.
   bool is_too_coarse() const {
     const Solution& s = report_.solution;
     if (!s.converged() || !is_feasible(s.verification, s.demands)) return false;
@@ -105,8 +106,8 @@ class DdpRounds : SolveRounds {
     };
   }
 
-  // Where the motion curves otherwise than the squares of the costs do, Gauss-Newton's steps get no shorter, or ever less: Newton's
-  // own end there in a few.
+  // If the true curvature differs much from the squares of the costs, Gauss-Newton steps do not get shorter, or too
+  // slowly.  A few Newton steps then finish the solve.
   bool is_for_exact(const Solution& solution) const {
     const SolverOptions& asked = task_.optimise.solver;
     const SolveStatus status = solution.nlp.status;

@@ -16,26 +16,27 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of a limit, or of half the range where that is more, as a limit may be zero: the solver widens bounds by 1e-8 and ends within
-// its tolerance.
+// Relative to a limit, or to half of the range if larger, since a limit may be zero.  The solver widens bounds by
+// 1e-8 and ends within its tolerance.
 constexpr double kExcessCounted = 1e-6;
-constexpr int kLooks = 8;  // from one point of the mesh to the next
-// Where two bodies may come too near, what they move from one look to the next is at most this share of how far they have
-// to be apart: in passing they then come nearer than any look tells by less than kContact of that.
+constexpr int kLooks = 8;  // evaluations between neighbouring points of the mesh
+// If two bodies may come too close, they move between evaluations by at most this fraction of the required distance.
+// When they pass each other, the distance is then below any evaluated one by less than kContact of the required
+// distance.
 constexpr double kLookStep = 1. / 16;
 constexpr int kMostLooks = 4096;
-constexpr double kPath = 1.5;  // of the line between two looks: the path, which bends
-// Of a control's range, which the polynomials of a motion may pass its limits by whatever the task allows defects: less is not
-// cut off (Trajectory::limit_controls).
+constexpr double kPath = 1.5;  // of the straight line between two evaluations: length of a curved path
+// Fraction of a control's range by which polynomials may exceed its limits, for any allowed defect: smaller excesses
+// are not clamped (Trajectory::limit_controls).
 constexpr double kControl = 1e-3;
 constexpr double kContact =
-    1e-3;  // of how far centres have to be apart: no contact yet, whatever the task allows defects
+    1e-3;  // of the required distance of centres: no contact yet, for any allowed defect
 constexpr double kLeastGap =
-    1e-6;  // m; the widening of bounds leaves as much of slim things, and nothing stands so well
+    1e-6;  // m; the widening of bounds has this effect on thin bodies, and no result is more accurate
 
 std::string plain_digits(double value) { return io::with_digits(value, 6); }
 
-// What is found at these times: the motion there, and how much of a limit's range is no excess yet.
+// The motion at given times, and the fraction of a limit's range that is not an excess.
 struct PlaceLookedAt {
   const Curves& curves;
   const Eigen::VectorXd& times;
@@ -48,7 +49,7 @@ double tolerated(double lower, double upper, double limit, double of_range) {
   return of_range > 0 ? std::max(of_limit, of_range * extent) : of_limit;
 }
 
-// Whether a row of values that ought to lie within [lower, upper] does not, and the worst of them.
+// Whether values leave [lower, upper], and the worst of them.
 template <class Tolerated>
 bool find_excess(const Eigen::VectorXd& values, const PlaceLookedAt& look, double lower, double upper,
                  const Tolerated& tolerated_of, LimitExcess& excess) {
@@ -67,7 +68,7 @@ bool find_excess(const Eigen::VectorXd& values, const PlaceLookedAt& look, doubl
 
 double apart_of(const Surroundings::Pair& pair) { return pair.a.radius + pair.b.radius + pair.least; }
 
-// From each point of the mesh to the next, evenly, as often as `looks` says of the interval.
+// Evenly spaced times between mesh points, `looks` per interval.
 std::vector<double> times_between(const Trajectory& motion, const std::vector<int>& looks) {
   std::vector<double> times;
   for (int p = 0; p + 1 < motion.points(); ++p) {
@@ -82,7 +83,7 @@ std::vector<int> even_looks(const Trajectory& motion) {
   return std::vector<int>(std::size_t(std::max(motion.points() - 1, 0)), kLooks);
 }
 
-// The ends of a capsule's segment at configurations (6 x times): first one, then the other.
+// The ends of a capsule's segment at configurations (6 x times): the first, then the second.
 MatrixXd ends_of(const dynamics::Model<double>& model, const MatrixXd& q, const Capsule& capsule) {
   MatrixXd ends(6, q.cols());
   if (capsule.frame == kWorld) {
@@ -101,7 +102,8 @@ MatrixXd ends_of(const dynamics::Model<double>& model, const MatrixXd& q, const 
   return ends;
 }
 
-// What the distance of two bodies changes by from one look to the next, at most: each point of a segment moves by no more
+// Upper bound of the change of two bodies' distance between evaluations: a point of a segment moves by at most as
+// much as its ends.
 // than its ends do.
 VectorXd movements(const Task& task, const MatrixXd& q, const Surroundings::Pair& pair) {
   VectorXd moved = VectorXd::Zero(q.cols() - 1);
@@ -121,7 +123,8 @@ VectorXd clearances(const Task& task, const MatrixXd& q, const Surroundings::Pai
   return values;
 }
 
-// How often to look from each point to the next, so that no contact is stepped over; `between`: configurations at the
+// Number of evaluations between points, so that no contact is missed; `between`: configurations at the times of
+// even_looks().
 // times of even_looks().
 std::vector<int> looks_for_contacts(const Task& task, const Trajectory& motion, const MatrixXd& between) {
   std::vector<int> looks = even_looks(motion);
@@ -129,7 +132,7 @@ std::vector<int> looks_for_contacts(const Task& task, const Trajectory& motion, 
     const VectorXd gaps = clearances(task, between, pair), moved = movements(task, between, pair);
     for (std::size_t p = 0; p < looks.size(); ++p) {
       const Eigen::Index first = Eigen::Index(p) * kLooks;
-      // In the least favourable look the path reaches half its length beyond both of its ends.
+      // In the worst case the path extends by half its length beyond both of its ends.
       const double most = moved.segment(first, kLooks).maxCoeff();
       if (!(gaps.segment(first, kLooks + 1).minCoeff() - most / 2 < pair.least)) continue;
       const double wanted = std::ceil(kLooks * most / (kLookStep * apart_of(pair)));
@@ -139,7 +142,7 @@ std::vector<int> looks_for_contacts(const Task& task, const Trajectory& motion, 
   return looks;
 }
 
-// Pairs that come nearer to each other than the task allows, each where it does so most.
+// Pairs that come closer than the task allows, each at its worst time.
 void find_contacts(const Task& task, const Trajectory& motion, const PlaceLookedAt (&looks)[2],
                    std::vector<LimitExcess>& excesses) {
   if (task.around.apart.empty()) return;
@@ -179,7 +182,7 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
   const Trajectory fine = resampled(task.problem, motion, times_between(motion, even_looks(motion)));
   Curves at_points = curves_of(task, motion);
   const Curves between = curves_of(task, fine);
-  // Efforts that the scheme does not use are no points of the mesh; NaN is beyond no limit.
+  // Efforts that the scheme does not use are NaN, which exceeds no limit.
   if (!motion.scheme.uses_first_point()) at_points.tau.col(0).setConstant(std::nan(""));
   if (!motion.scheme.uses_last_point()) at_points.tau.rightCols(1).setConstant(std::nan(""));
   const PlaceLookedAt looks[] = {{at_points, motion.t}, {between, fine.t, task.demands.integration_error}};

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the robot's file says the robot can do, how near the task lets it come to what stands around, and where a motion
-// goes beyond.
+// Checks a motion against the limits of the robot's file and the clearances of the task, also between mesh points.
 //
 //   for (const LimitExcess& e : limit_excesses(task, motion)) std::cout << e.text() << "\n";
 //   velocity of panda_joint1 is 2.41 rad/s at 0.52 s, rated for 2.175
 //
-// A velocity or an effort limit of zero is none: files that know no limit say so.
+// A velocity or effort limit of zero means no limit, as in files without limits.
 #pragma once
 
 #include <string>
@@ -21,20 +20,22 @@ enum class LimitOf { kRobot, kClearance };
 struct LimitExcess {
   std::string quantity, joint,
       unit;                     // "velocity", "panda_joint1", "rad/s"; "clearance", "hand from post", "m"
-  double value, limit, time;    // where it is exceeded most (s)
-  bool between_points = false;  // at the points of the mesh it is kept: a finer one may keep it
+  double value, limit, time;    // largest excess, and its time (s)
+  bool between_points = false;  // true: the limit holds at the mesh's points; a finer mesh may fix it
   LimitOf of = LimitOf::kRobot;
   std::string text() const;
 };
 
-// Of each joint and quantity the worst, in the order of the joints; rounding and the solver's widening of bounds are
-// no excess.  What is kept at the points of the mesh is looked at between them, where an excess is one from
-// demands.integration_error of the range on (of the limit, where it is one-sided).  Clearances are looked at so often that what
-// two bodies move from one look to the next is at most a sixteenth of how far their centres have to be apart (but no more
-// than 4096 times an interval); between points of the mesh they are too small from integration_error of that distance on, but
-// never from more than a thousandth, at the points from a micrometre and a millionth of it on.
-// Limits are those of the robot, whatever the task bounds; clearances come last.  Rows of the task are the verification's
-// (verify.h, passings.h).
+// Returns the worst excess of each joint and quantity, in the order of the joints, then the clearances.  Rounding
+// and the solver's widening of bounds are not an excess.  Limits are those of the robot, independent of the task's
+// bounds.  Rows of the task are checked by the verification (verify.h, passings.h).
+//
+// - Between mesh points an excess counts from demands.integration_error of the range on (of the limit, if
+// one-sided).
+// - Clearances are evaluated so often that two bodies move between evaluations by at most a sixteenth of the
+// required distance of their centres, but at most 4096 times per interval.
+// - Between points a clearance is too small from integration_error of that distance on, but at most a thousandth of
+// it; at the points from a micrometre plus a millionth of it on.
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion);
 
 }  // namespace dyntape

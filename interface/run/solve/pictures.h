@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Pictures of the motion of a task.
+// Pictures of a task's motion.
 //
 //   io::draw(trajectory_plot(task, motion), "out/trajectory.svg");
 //   io::draw(motion_plot(task, motion), "out/motion.png");
@@ -13,16 +13,16 @@
 
 namespace dyntape {
 
-// Positions, velocities and torques over time, with the limits that they come near to.
+// Positions, velocities and torques over time, with the limits that they approach.
 io::Plot trajectory_plot(const Task& task, const Trajectory& motion);
 
-// The same of a task as a controller, with what it draws to: dotted in the colours of the curves.
+// The same for a task as a controller, with its targets dotted in the colours of the curves.
 io::Plot tracking_plot(const Task& task, const Trajectory& motion);
 
-// The robot at instants of its motion, as lines between its joints and frames, seen as the task says.
+// The robot at several times, as lines between its joints and frames, in the task's view.
 io::Plot motion_plot(const Task& task, const Trajectory& motion);
 
-// The same motion for a page that plays it, in the shapes of the robot's file.
+// The motion for a page that plays it, with the shapes of the robot's file.
 PlayerInput motion_player(const Task& task, const Trajectory& motion, const std::stop_token& stop = {});
 
 }  // namespace dyntape

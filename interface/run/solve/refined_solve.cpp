@@ -15,7 +15,7 @@ namespace dyntape {
 
 namespace {
 
-constexpr double kLeastSecondsLeft = 1e-3;  // a limit of the solver has to be above zero
+constexpr double kLeastSecondsLeft = 1e-3;  // a solver's time limit must be positive
 
 SolveStage stage_of(OptimiseStep step) {
   switch (step) {
@@ -29,7 +29,7 @@ SolveStage stage_of(OptimiseStep step) {
   return SolveStage::kVerifying;
 }
 
-// Of each joint and quantity the worst of all phases.  A row of the task that is passed between points counts as well.
+// The worst of all phases for each joint and quantity.  Violations of the task's rows between points count too.
 std::vector<LimitExcess> excesses_of(const Task& task, const Solution& solution) {
   std::vector<LimitExcess> all;
   const std::vector<const Task*> parts = parts_of(task);
@@ -51,7 +51,7 @@ std::vector<LimitExcess> excesses_of(const Task& task, const Solution& solution)
   return all;
 }
 
-// Names of variables and rows that rest on a bound.
+// Names of variables and rows at a bound.
 std::vector<std::string> active_names(StagedNlp& nlp, const NlpSolution& solution) {
   ScaledNlp scaled(nlp, solution.units);
   const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(solution));
@@ -92,7 +92,7 @@ class Rounds : SolveRounds {
     note(report_.solution);
   }
 
-  // Rigid contacts, less rounded from solve to solve.  One that fails may still lead to the next.
+  // Rigid contacts with decreasing relaxation.  A failed solve may still lead to the next.
   void solve_continued() {
     std::vector<double> from = program_->start();
     for (const Parameters& now : contact_continuation(task_.problem, task_.continuation)) {
@@ -122,14 +122,14 @@ class Rounds : SolveRounds {
     record_seconds_ = program_->build().seconds.record;
   }
 
-  // As functions were at the end, on whatever mesh.
+  // The functions at the end, on any mesh.
   BuildReport build_report() const {
     BuildReport report = program_->build();
     report.seconds.record = record_seconds_;
     return report;
   }
 
-  // Iterations and time are limited for all meshes together.
+  // Limits of iterations and time hold for all meshes together.
   OptimiseOptions options() {
     OptimiseOptions options = task_.optimise;
     options.solver.stop = watch_.stop;
@@ -162,7 +162,7 @@ class Rounds : SolveRounds {
     SolveRounds::note(s, s.check_seconds + s.nlp.times.total + s.verify_seconds, relaxation_);
   }
 
-  // With shorter steps contacts come nearer before they touch, and what a force does on that way grows.
+  // With shorter steps contacts come closer before they touch, and forces act longer at a distance.
   void shrink_relaxation(StagedNlp& finer) {
     constexpr double kPart = 0.25;
     relaxation_ *= kPart;
@@ -186,7 +186,7 @@ class Rounds : SolveRounds {
     return steps;
   }
 
-  // Limits and clearances that are passed between points, and contacts that the simulation of the scene does not confirm.
+  // Limits and clearances exceeded between points, and contacts that the scene's simulation does not confirm.
   void add_faults(const Solution& s, MeshFaults& faults) const {
     if (!report_.simulates())
       for (Eigen::VectorXd& of_phase : faults) of_phase.setConstant(kAtFault);
@@ -208,7 +208,7 @@ class Rounds : SolveRounds {
   }
 
   static constexpr int kMostIntervals = 100000;
-  static constexpr double kAtFault = 2;  // of what is demanded: an interval is halved
+  static constexpr double kAtFault = 2;  // relative to the demand: the interval is halved
 
   std::unique_ptr<StagedNlp> program_;
   double processor_seconds_ = 0, record_seconds_ = 0, relaxation_ = 0;

@@ -3,8 +3,8 @@
 // Solves a task by the loop of meshes in control/solve/solve.h.  A task without phases is one phase.
 //
 //   const SolveReport report = solve_refined(task, mesh, watch);
-//   report.solution        of the finest mesh that was solved
-//   report.meshes          what came of each
+//   report.solution        of the finest solved mesh
+//   report.meshes          the result of each mesh
 #pragma once
 
 #include <vector>
@@ -15,12 +15,12 @@
 
 namespace dyntape {
 
-// The task itself, or its phases.
+// The phases of the task, or the task itself.
 std::vector<const Task*> parts_of(const Task& task);
 
 SolveSizes sizes_of(const StagedProgram& program, const NlpShape& shape);
 
-// Interrupted, where the watch stops it before the first iteration; else as optimise().
+// If `watch` stops it before the first iteration, the status is interrupted; else like optimise().
 SolveReport solve_refined(const Task& task, const MeshOptions& mesh, const SolveWatch& watch);
 ShootingScheme shooting_scheme(const Task& task);
 SolveReport solve_by_steps(const Task& task, const MeshOptions& mesh,

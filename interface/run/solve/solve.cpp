@@ -20,8 +20,8 @@ MeshOptions mesh_of(const Task& task) {
   return mesh;
 }
 
-// Iterations begin with machine code while functions are compiled, where that changes no bit of what they give, and nobody asked for the libraries.
-// A core is left to the solver.
+// Iterations start with machine code while functions are compiled, if this changes no bit and the libraries were not
+// requested.  One core is reserved for the solver.
 void begin_at_once(const Task& task, CodegenOptions& options) {
   if (options.route != Route::kAutomatic || options.profile != Profile::kStrict) return;
   if (options.force_rebuild || !task.models.model_folder.empty()) return;
@@ -30,7 +30,7 @@ void begin_at_once(const Task& task, CodegenOptions& options) {
   if (options.jobs == 0 && cores > 1) options.jobs = cores - 1;
 }
 
-// Of a solve that was done before its compiler, if it was not done at once.
+// For a solve that ends before its compiler, unless it ends at once.
 void note_unfinished(SolveReport& report) {
   constexpr double kSoon = 2;  // s
   const auto& times = report.solution.nlp.times;
@@ -46,7 +46,7 @@ std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptio
   return total_operations(dissolved(record_stage(robot_problem(scene, options)).node));
 }
 
-// What verboseCppAd asks for.
+// The output of verboseCppAd.
 void say(const Task& task, const BuildReport& build) {
   std::fprintf(stderr,
                "dyntape: task \"%s\": %d functions compiled in %.3f s, %d from the cache, %d as machine "
@@ -58,7 +58,7 @@ void say(const Task& task, const BuildReport& build) {
 
 std::string program_text(const Task& task) {
   MeshOptions mesh = mesh_of(task);
-  mesh.evaluation.route = Route::kInterpreter;  // nothing need be compiled to count
+  mesh.evaluation.route = Route::kInterpreter;  // counting needs no compilation
   const StagedNlp nlp = discretize(phases_of(task), meshes_of(task, mesh));
   const SolveSizes sizes = sizes_of(nlp.program(), nlp.shape());
   int intervals = 0;
@@ -79,7 +79,7 @@ std::string steps_text(const Task& task) {
          " steps of " + io::with_groups(operations) + " operations with their costs\n";
 }
 
-// What each effect adds to the operations of the dynamics with all of them.
+// The operations that each effect adds to the dynamics with all effects.
 std::string effects_text(const Task& task, std::size_t all) {
   io::TextTable table({{"effect"}, {"acts"}, {"operations it adds", "", io::Align::kRight}});
   RobotScene without = task.scene;
@@ -111,7 +111,7 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.has_soft_goal = task.has_soft_goal;
   report.unreachable = task.unreachable;
   report.open_loop_unit = unit_of_state(task.scene.model, report.solution.verification.miss_index);
-  // A request that comes when all is done changes nothing.
+  // A stop request after the end changes nothing.
   report.interrupted = watch.stop.stop_requested() && !report.success();
   return report;
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the solves of a task on one mesh after another have in common: a report, the limits for all of them together, and who
-// watches, compilers too.
+// The common part of a task's solves on a sequence of meshes: report, limits for all of them, and observers, also of
+// compilers.
 //
-// A function is compiled in pieces; the seconds left are those that its pieces took so far, times the pieces left.
+// A function is compiled in pieces.  The estimated time is the mean time of the finished pieces times the number of
+// remaining ones.
 #pragma once
 
 #include <memory>
@@ -20,12 +21,12 @@ class SolveRounds {
  protected:
   SolveRounds(const Task& task, const SolveWatch& watch);
 
-  // With how far a compiler in the background is: pieces done, of how many, seconds left.
+  // With the progress of a background compiler: finished pieces, all pieces, seconds left.
   void tell(SolveStage stage);
-  // Of functions that are to be made with these options.  Where the solve waits for them it is told.
+  // For functions with these options.  Reports if the solve waits for them.
   void watch_compilers(CodegenOptions& options);
   void check_not_stopped() const;  // Interrupted
-  // What came of a mesh, in so many seconds.
+  // The result of a mesh, with its time.
   void note(const Solution& solution, double seconds, double relaxation = 0);
 
   const Task& task_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a solved task is worth, in one sentence.
+// The verdict of a solved task in one sentence.
 #include <cmath>
 
 #include <dyntape/interface/io/table.h>
@@ -24,7 +24,7 @@ std::string beyond(LimitOf of) {
                                : "comes nearer to what is around than the task allows: ";
 }
 
-// A solved motion that passes the robot's limits, or clearances, between points: empty where something else is wrong.
+// A solved motion that exceeds the robot's limits, or clearances, between points; "" if something else is wrong.
 std::string of_passed(const SolveReport& report) {
   const Solution& s = report.solution;
   const Verification& v = s.verification;

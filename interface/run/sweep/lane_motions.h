@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Samples of an explicit scheme that move together and stay in lanes from their start to their end.
+// Samples of an explicit scheme that move together in lanes, from start to end.  Internal.
 //
 //   LaneMotions together(functions, first, count);
 //   if (together.run(stop)) ... together.motions[i], together.warnings[i]
 //
-// Nothing is laid out anew between steps.  Whether states are finite is looked at every few steps; a sample that is not is
-// taken back to where it last was, and goes on alone, to the step that failed and its sentence.  Internal.
+// No data is rearranged between steps.  Every few steps the states are checked for finite values.  A sample that is
+// not finite returns to its last checked state and continues alone, up to the failing step and its message.
 #pragma once
 
 #include <cstdint>
@@ -22,13 +22,13 @@ class LaneMotions {
  public:
   LaneMotions(SweptFunctions& functions, long first, long count);
 
-  bool run(const std::stop_token& stop);  // false: stopped on the way
+  bool run(const std::stop_token& stop);  // false: stopped by the token
 
   std::vector<SampleMotion> motions;
   std::vector<std::string> warnings;
 
  private:
-  // Entry i of sample k, of `entries` a sample.
+  // Entry i of sample k; each sample has `entries` entries.
   double& at(double* array, long entries, long i, long k) const {
     return array[(k / width_ * entries + i) * width_ + k % width_];
   }

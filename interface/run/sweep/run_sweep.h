@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A sweep from its beginning, or from where it was left, to its results.
+// Runs a sweep, or resumes an interrupted one, to its results.
 //
 //   const SceneSweep sweep = read_sweep("config/sweeps/quadruped_dropped.info");
 //   const SweepOutcome outcome = run_sweep(sweep, "out/drop");
 //   outcome.table.column("most.v")
 //
-// Chunks of rows are shared out among threads, and among the processes of `watch.peers`; whoever has computed a chunk, its
-// bytes are the same.  This process alone writes.  Chunks of a peer that is silent are computed here as well when nothing
-// else is left, and count once.
+// Chunks of rows are distributed over threads and over the processes of `watch.peers`.  The bytes of a chunk do not
+// depend on who computed it.  Only this process writes.  At the end, chunks that a peer has not returned are also
+// computed here, and count once.
 //
-// Errors: those of SweepFolder, of compiling, and what a peer says has ended it.
+// Errors.  Those of SweepFolder and of compilation, and errors that a peer reports.
 #pragma once
 
 #include <functional>
@@ -22,18 +22,18 @@
 namespace dyntape {
 
 struct SweepOutcome {
-  io::CsvTable table;                 // sweep.csv; empty where it was stopped
+  io::CsvTable table;                 // sweep.csv; empty if the sweep was stopped
   std::string csv, identity;          // its text
   std::vector<std::string> failures;  // "sample 17: ended at t = ..."
-  long rows = 0, resumed = 0;         // that are there; that were there before
+  long rows = 0, resumed = 0;         // rows present; rows present before
   bool was_stopped = false, was_finished = false;
   std::size_t operations = 0;                  // of one step
-  double build_seconds = 0, step_seconds = 0;  // of recording, compiling and loading; of all else
+  double build_seconds = 0, step_seconds = 0;  // recording, compiling and loading; all else
 };
 
 struct SweepProgress {
   long rows = 0, of = 0, resumed = 0;
-  double seconds = 0;        // since the first was begun
+  double seconds = 0;        // since the first row
   std::string text() const;  // "[####....] 50 %, 500 of 1000 samples, 120 a second, 4.2 s left"
 };
 
@@ -43,7 +43,7 @@ struct SweepWatch {
   SweepPeers* peers = nullptr;
 };
 
-// The chunks stay: whoever has written the results clears them.
+// The chunks stay; the writer of the results clears them.
 SweepOutcome run_sweep(const SceneSweep& sweep, SweepFolder& folder, const SweepWatch& watch = {});
 
 }  // namespace dyntape

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// One sample of a sweep, step by step; and the functions that all samples share.
+// One sample of a sweep, step by step, and the functions that all samples share.  Internal.
 //
 //   SweptFunctions functions(sweep, options);             // recorded, compiled; functions.twin() for another thread
 //   SampleMotion motion = begin_of(sweep, row);
-//   advance(functions, motion, sweep.scene.steps());      // motion.trouble: why it ended ahead of that
-//
-// Internal.
+//   advance(functions, motion, sweep.scene.steps());      // motion.trouble: the reason for an early end
 #pragma once
 
 #include <string>
@@ -17,7 +15,7 @@
 
 namespace dyntape {
 
-// Of many samples: those that a file of results tells of.
+// Statistics over many samples, for a file of results.
 struct SampleExtremes {
   double v = 0;       // largest |entry of v| at any step
   double energy = 0;  // largest kinetic and stored energy at any sample of the scene (J)
@@ -47,7 +45,7 @@ class SweptFunctions {
 
 SampleMotion begin_of(SweptFunctions& functions, long row);
 
-// What judges a motion as simulate does: its half steps and its energy.
+// Judges a motion as simulate does: by half steps and by energy.
 struct SampleJudge {
   SampleJudge(SweptFunctions& functions, const SampleMotion& motion);
   std::string warning(const SceneSweep& sweep, long row);  // "" or a sentence
@@ -56,10 +54,10 @@ struct SampleJudge {
   EnergyAccount account;
 };
 
-// What the motors are told over a step from `t`.
+// The motors' commands over a step from `t`.
 Eigen::VectorXd commands_at(const SceneSweep& sweep, const SampleStart& start, double t);
 
-// Up to `step` steps; `judge`, where there is one, is told of them.
+// Makes up to `step` steps; reports them to `judge` if there is one.
 void advance(SweptFunctions& functions, SampleMotion& motion, long step, SampleJudge* judge = nullptr);
 
 }  // namespace dyntape

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a sweep has on disk before it is at its end: a file for each chunk of rows, whole or not there.
+// The intermediate files of a running sweep: one atomic file per chunk of rows.
 //
-//   SweepFolder folder("out/drop", sweep, Restart::kNo);      // locked; another sweep's chunks are refused
+//   SweepFolder folder("out/drop", sweep, Restart::kNo);      // locked; refuses another sweep's chunks
 //   if (!folder.has(12)) folder.keep(12, chunk_text(sweep, folder.identity(), 12, computed));
 //   folder.rows(); folder.failures();                          // of all chunks, in order
-//   folder.clear();                                            // when the results are written
+//   folder.clear();                                            // after the results are written
 //
-// Chunks say which sweep they are of: identity_of is a checksum of all that the rows depend on.  A process that was killed
-// leaves what it had finished, and one that begins again goes on from there.
+// Chunks carry the identity of their sweep: identity_of is a checksum of everything that the rows depend on.  After
+// a process is killed, its finished chunks stay, and the next process continues from there.
 //
-// Errors: FileError where the folder holds another sweep, is in use by another process, or cannot be written.
+// Errors.  FileError if the folder has another sweep, is in use by another process, or cannot be written.
 #pragma once
 
 #include <string>
@@ -21,16 +21,16 @@
 
 namespace dyntape {
 
-// The results that a sweep leaves when it is finished.
+// The result files of a finished sweep.
 inline constexpr const char *kSweepTable = "sweep.csv", *kSweepFailures = "failures.txt",
                             *kSweepUnderstood = "effective.info", *kSweepPicture = "sweep.svg",
                             *kSweepReport = "report.json";
 std::vector<std::string> sweep_files();
 
-// Of the sources that decide what rows are.
+// Checksum of the sources that determine rows.
 const char* program_fingerprint();
 
-// Of the program, the values, the scene, the text of its robot, the seed; not of lanes, threads and places in the file system.
+// Checksum of the program, values, scene, text of the robot and seed; not of lanes, threads and paths.
 std::string identity_of(const SceneSweep& sweep, const std::string& program = program_fingerprint());
 
 struct ChunkRange {
@@ -39,12 +39,11 @@ struct ChunkRange {
 long chunks_of(const SceneSweep& sweep);
 ChunkRange range_of(const SceneSweep& sweep, long chunk);
 
-// The whole of a chunk's file, with a checksum at its end.
+// The complete file of a chunk, with a checksum at its end.
 std::string chunk_text(const SceneSweep& sweep, const std::string& identity, long chunk,
                        const ComputedRows& rows);
 
-// Yes: what any sweep has left there is removed.  Nothing else ever is: chunks say what they are, results stand in a list
-// (io/result_folder.h).
+// kYes: removes files of any sweep, and no others: chunks carry a mark, results are in a list (io/result_folder.h).
 enum class Restart { kNo, kYes };
 
 class SweepFolder {
@@ -52,15 +51,15 @@ class SweepFolder {
   SweepFolder(const std::string& folder, const SceneSweep& sweep, Restart restart);
 
   const std::string& identity() const { return identity_; }
-  // Its results are written, by an earlier run, and nobody has changed them since.
+  // Returns true if an earlier run wrote its results and they are unchanged.
   bool is_finished() const { return is_finished_; }
   bool has(long chunk) const { return chunks_[std::size_t(chunk)] != 0; }
   long kept() const;  // chunks
 
-  // FileError where `text` is not that of this chunk, or cannot be written.
+  // Throws FileError if `text` is not the text of this chunk, or cannot be written.
   void keep(long chunk, const std::string& text);
 
-  // Of chunks that are all there.
+  // Of all chunks, which must be complete.
   ComputedRows all() const;
   void clear();
 

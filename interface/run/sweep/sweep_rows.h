@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The results of a sweep, a row a sample, computed some at a time.
+// Computes the results of a sweep, one row per sample, some rows at a time.
 //
-//   SweepRows rows(sweep, options);                 // recorded, compiled; rows.twin() for another thread
-//   rows.compute(first, count, stop)->text          // lines as sweep.csv has them
+//   SweepRows rows(sweep, options);                 // records, compiles; rows.twin() for another thread
+//   rows.compute(first, count, stop)->text          // lines of sweep.csv
 //
-// Columns: sample; what varies; ok, 1 where the motion came to its end by steps that can be trusted, else 0; t, the time
-// that was reached (s); q and v there, named as in motion.csv; energy.kinetic and energy.stored there (J); most.energy, the
-// largest sum of both at the samples of the scene; most.v, the largest entry of v at any step.  Of a motion that left the
-// finite numbers it is the last state that was finite; what is beyond the doubles stands there as the largest of them.
+// Columns: sample; varied values; ok, 1 if the motion is complete with valid steps, else 0; t, the final time (s); q
+// and v at this time, with the names of motion.csv; energy.kinetic and energy.stored (J); most.energy, the largest
+// sum of both at the samples of the scene; most.v, the largest entry of v at any step.  If a motion is no longer
+// finite, the row has its last finite state; values beyond the range of double are the largest double.
 //
-// The same bits for any number of lanes, threads and rows at a time, in the strict profile.
+// In the strict profile the bits do not depend on lanes, threads and the number of rows per call.
 #pragma once
 
 #include <memory>
@@ -21,11 +21,11 @@
 
 namespace dyntape {
 
-// How many are computed at a time: about half a second's work, and not so many that threads have none.
+// Rows per call: about half a second of work, but few enough for all threads.
 long rows_at_a_time(const SceneSweep& sweep);
 
 struct ComputedRows {
-  std::string text;                   // a line a row, each ended
+  std::string text;                   // one line per row, each with line end
   std::vector<std::string> failures;  // "sample 17: at t = ..."
 };
 
@@ -38,7 +38,8 @@ class SweepRows {
   SweepRows(SweepRows&&) noexcept;
   SweepRows twin() const;
 
-  std::optional<ComputedRows> compute(long first, long count, const std::stop_token& stop);  // none: stopped
+  std::optional<ComputedRows> compute(long first, long count,
+                                      const std::stop_token& stop);  // nullopt: stopped
 
   std::size_t operations() const;  // of one step
 

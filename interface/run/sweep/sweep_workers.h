@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Who computes the chunks of a sweep: threads of this process, and processes elsewhere.
+// The workers of a sweep: threads of this process, and other processes.
 //
 //   SweepWorkers workers(sweep, identity, rows, threads, stop);
 //   workers.give(12);
 //   while (auto done = workers.take(100ms)) folder.keep(done->chunk, done->text);
 //
-// SweepPeers is how the process that writes reaches others, SweepCoordinator how those reach it; tools/mpi has both.
+// SweepPeers connects the writing process to the others, SweepCoordinator connects these to it; tools/mpi implements
+// both.
 #pragma once
 
 #include <chrono>
@@ -36,9 +37,9 @@ class SweepWorkers {
   SweepWorkers& operator=(const SweepWorkers&) = delete;
 
   unsigned threads() const { return unsigned(threads_.size()); }
-  long waiting() const;  // chunks that were given and not taken
+  long waiting() const;  // chunks given and not yet taken
   void give(long chunk);
-  // Waits so long at most.  Throws what ended a thread.
+  // Waits at most this time.  Rethrows the exception that ended a thread.
   std::optional<DoneChunk> take(std::chrono::milliseconds patience);
 
  private:
@@ -58,29 +59,29 @@ class SweepWorkers {
   std::optional<std::stop_callback<std::function<void()>>> stopped_;
 };
 
-// What another process tells the one that writes.
+// A message from another process to the writing process.
 struct FromPeer {
   enum class What { kReady, kDone, kFailed };
   int peer = 0;
   What what = What::kReady;
-  unsigned threads = 0;  // ready: so many chunks at a time
-  DoneChunk done;        // done; failed: its text is the sentence
+  unsigned threads = 0;  // ready: number of chunks at a time
+  DoneChunk done;        // done; if failed, its text is the message
 };
 
 class SweepPeers {
  public:
   virtual ~SweepPeers() = default;
   virtual int count() const = 0;
-  virtual void begin(const std::string& identity) = 0;  // the functions are compiled: all may load them
+  virtual void begin(const std::string& identity) = 0;  // the functions are compiled; others may load them
   virtual void give(int peer, long chunk) = 0;
   virtual void dismiss() = 0;
-  virtual std::optional<FromPeer> poll() = 0;  // does not wait
+  virtual std::optional<FromPeer> poll() = 0;  // returns at once
 };
 
 class SweepCoordinator {
  public:
   virtual ~SweepCoordinator() = default;
-  virtual std::optional<std::string> begin() = 0;  // waits for the identity of the sweep; none: dismissed
+  virtual std::optional<std::string> begin() = 0;  // waits for the identity of the sweep; nullopt: dismissed
   virtual void tell(const FromPeer& news) = 0;
   struct Order {
     bool is_dismissed = false;
@@ -89,7 +90,7 @@ class SweepCoordinator {
   virtual std::optional<Order> poll() = 0;
 };
 
-// The work of a process that does not write, until it is dismissed: it reads the file itself.
+// The work of a process that does not write, until it is dismissed.  It reads the sweep file itself.
 void serve_sweep(const std::string& file, const std::vector<io::Setting>& settings, SweepCoordinator& master);
 
 unsigned threads_of(const SceneSweep& sweep);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a gap does within a step, by the cubic through gaps and rates at both ends.
+// The minimum of a gap within a step, by the cubic through gaps and rates at both ends.
 //
 //   const GapCurve curve(gap, rate, later_gap, later_rate, h);
-//   if (const auto low = curve.lowest()) ... low->at, low->gap      // the least within, where there is one
+//   if (const auto low = curve.lowest()) ... low->at, low->gap      // the minimum inside the step, if any
 //   curve.middle()                                                  // at h / 2
 //
-// How far the cubic is from the motion's own middle says how exactly a step knows its gaps: h^4 of smooth motions.
+// The difference of the cubic and the motion's own middle is the accuracy of the gap within a step: h^4 for smooth
+// motions.
 #pragma once
 
 #include <optional>

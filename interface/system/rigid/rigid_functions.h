@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What steps with rigid contacts and stops ask of a robot, recorded and compiled.
+// The robot functions for steps with rigid contacts and stops, recorded and compiled.
 //
 //   RigidFunctions functions(scene, {});
 //   const Nearness& near = functions.near(x);           // x = (q, v, ...): gaps and velocities of the rows
 //   const RigidResponse& at = functions.response(x);    // J and W: an impulse p of the rows changes v by W J^T p
 //
-// W = M^-1, armature included; where loops are closed, the part of it that leaves them closed,
-// W = M^-1 - K (G M^-1 G^T)^+ K^T with K = M^-1 G^T, G the rows of the loops.
+// W = M^-1, including armature.  With closed loops it is the part that keeps the loops closed, W = M^-1 - K (G M^-1
+// G^T)^+ K^T with K = M^-1 G^T, G the rows of the loops.
 #pragma once
 
 #include <dyntape/codegen/compiled_function.h>
@@ -29,7 +29,7 @@ class RigidFunctions {
  public:
   RigidFunctions(const RobotScene& scene, const CodegenOptions& options);
 
-  // Both valid until the next call of the same.
+  // Both results are valid until the next call of the same function.
   const Nearness& near(const Eigen::VectorXd& x);
   const RigidResponse& response(const Eigen::VectorXd& x);
 

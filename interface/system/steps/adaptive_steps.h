@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Steps to a tolerance: the motion from t to t + h by CVODES, in as many internal steps as it takes.
+// Integrates a system to a tolerance by CVODES: from t to t + h in several internal steps.
 //
 //   AdaptiveSteps steps(system, Integrator::kAdaptive, {.relative = 1e-9}, options, with_jacobians);
 //   if (!steps.step(arguments, x_next)) ... steps.trouble()           // arguments: (x, t, h, u, p)
 //   steps.jacobians(arguments, matrix)                                // of that step: A, B and P side by side
 //
-// On the manifold: what is integrated is y = (d, v) with q = q_c (+) d (step_problem.h), and where a rotation in d gets
-// longer than kLongTurn the centre moves there and the method begins anew.
+// Manifolds.  The variables are y = (d, v) with q = q_c (+) d (step_problem.h).  If a rotation in d exceeds
+// kLongTurn, the centre q_c moves to the current configuration and the method restarts.
 //
-// Every step begins anew, with order one: what a call gives depends on nothing before it.
+// Every call starts with order one, so its result does not depend on earlier calls.
 //
-// Events: after each internal step g is looked at kLooks times within it, at states as x_next would have them.  Where an
-// entry that was above zero is so no more, the time between is halved until doubles end; the step ends behind it, so that
-// g <= 0 at x_next, and an entry has to rise above zero again before it is an event again.
+// Events.  After each internal step g is evaluated kLooks times within the step, at states as in x_next.  If a
+// positive entry is no longer positive, the time between is bisected to the precision of double.  The step ends
+// after it, so that g <= 0 at x_next; the entry must be positive again before its next event.
 //
-// Sensitivities S = dy/dw, w = (d, v, m, u, p) at the beginning, follow S' = f_y S + f_w along the motion, under error
-// control as well; dq' = J(d) S_d in the moving frame at the end.
+// Sensitivities S = dy/dw, w = (d, v, m, u, p) at the beginning, satisfy S' = f_y S + f_w along the motion, with
+// error control; dq' = J(d) S_d in the moving frame at the end.
 #pragma once
 
 #include <functional>
@@ -29,19 +29,19 @@ namespace dyntape {
 
 class AdaptiveSteps {
  public:
-  static constexpr long kMostInternalSteps = 100000;  // of one step
+  static constexpr long kMostInternalSteps = 100000;  // per call
   static constexpr double kLongTurn = 3;              // (rad)
   static constexpr int kLooks = 4;
 
-  // ArgumentError where tolerances are none, and as StepScheme.
+  // ArgumentError for invalid tolerances, and as StepScheme.
   AdaptiveSteps(const System& system, Integrator integrator, const Tolerances& tolerances,
                 const CodegenOptions& options, bool with_jacobians);
-  AdaptiveSteps(const AdaptiveSteps&) = delete;  // its parts point to each other
+  AdaptiveSteps(const AdaptiveSteps&) = delete;  // its members point to each other
   AdaptiveSteps& operator=(const AdaptiveSteps&) = delete;
 
-  // False: there is no x_next, and trouble() says why, behind "step of ...: ".
+  // Returns false if it failed; trouble() is then the reason, without "step of ...: ".
   bool step(const double* arguments, double* x_next);
-  // Of the step before (nt x (nt + n_u + n_p)); likewise.
+  // Of the previous step (nt x (nt + n_u + n_p)); likewise.
   bool jacobians(const double* arguments, Eigen::MatrixXd& matrix);
 
   // Of step(): Gauss' points of each internal step, three up to order 3 and seven beyond, at states of its interpolant.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// CVODES for one initial value problem y' = f(s, y) after another, an internal step at a time.
+// Solves initial value problems y' = f(s, y) with CVODES, one internal step at a time.
 //
 //   Cvodes solver(problem, n, 0, relative, absolute, Cvodes::Method::kAdams);
 //   solver.begin(0, y0);
@@ -8,8 +8,8 @@
 //   while (solver.s() != 1 && solver.advance() == Cvodes::Outcome::kAdvanced) ...
 //   solver.y()
 //
-// With sensitivities (n x columns), S' = f_y S + f_w of whatever w, which the problem knows, are integrated beside y and
-// share its tolerance.  A start leaves nothing of what was before.
+// With sensitivities (n x columns), S' = f_y S + f_w for the problem's w are integrated with y, with the same
+// tolerances.  start() discards all history.
 //
 // Source: A. Hindmarsh et al., SUNDIALS: Suite of Nonlinear and Differential/Algebraic Equation Solvers, ACM TOMS 31
 // (2005); Debian's libsundials-dev.
@@ -20,7 +20,7 @@
 
 namespace dyntape {
 
-// False where f has no value: shorter steps are then tried.
+// Returns false if f is undefined; CVODES then tries shorter steps.
 class InitialValueProblem {
  public:
   virtual bool rate(double s, const double* y, double* dy) = 0;
@@ -35,12 +35,12 @@ class InitialValueProblem {
 class Cvodes {
  public:
   enum class Method { kAdams, kBackwardDifferentiation };
-  // kNoRate: f has no value at the start, or beyond s however short the steps.  kRough: the error stays too large,
-  // kUnsolved: the equations of a step have no solution, however short it is.  kTooTight: rounding is more than what is
-  // allowed.  kOther: nothing that is expected to happen.
+  // kNoRate: f is undefined at the start, or beyond s for any step.  kRough: the error stays too large; kUnsolved:
+  // the equations of a step have no solution, for any step.  kTooTight: the tolerance is below rounding.  kOther:
+  // unexpected.
   enum class Outcome { kAdvanced, kNoRate, kRough, kUnsolved, kTooTight, kOther };
 
-  // The problem is kept by reference.  A sensitivity S is allowed the error relative * |S| + absolute.
+  // Holds a reference to the problem.  A sensitivity S has the tolerance relative * |S| + absolute.
   Cvodes(InitialValueProblem& problem, int n, int columns, double relative, double absolute, Method method);
   ~Cvodes();
   Cvodes(const Cvodes&) = delete;

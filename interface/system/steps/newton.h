@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Newton's method for R(z; p) = 0, a compiled residual with its exact Jacobian.
+// Newton's method for R(z; p) = 0 with a compiled residual and its exact Jacobian.
 //
 //   Newton newton(CompiledFunction::make(residual, {.order = Order::kFirst}));
 //   if (!newton.solve(p, size)) ... newton.trouble()
-//   newton.z()                                           // the solution; set it to the start before
+//   newton.z()                                           // the solution; set it to the initial guess before
 //
-// A step z + a d is taken where the next one by the same Jacobian is shorter, |d'| <= (1 - a/4) |d|, else a is halved:
-// whether that holds does not depend on the units of R.  While steps shrink tenfold the Jacobian is kept, so that a smooth
-// problem takes one Jacobian and two or three values.  It ends where what is left is below the rounding of `size`, the
-// size of the numbers that z is added to, or where rounding is all that is left.  Nothing is allocated.
+// A step z + a d is accepted if the next one with the same Jacobian is shorter, |d'| <= (1 - a/4) |d|; else a is
+// halved.  This test does not depend on the units of R.  While steps shrink tenfold the Jacobian is reused, so a
+// smooth problem takes one Jacobian and two or three values.  Converged if the step is below the rounding of `size`,
+// the size of the numbers to which z is added, or is rounding itself.  No allocation.
 //
 // Source: P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, 3.3 (error-oriented descent).
 #pragma once
@@ -31,7 +31,7 @@ class Newton {
 
   Outcome solve(const double* p, double size);
 
-  int residuals() const { return residuals_; }     // looked at in the last solve
+  int residuals() const { return residuals_; }     // evaluations in the last solve
   double last_step() const { return last_step_; }  // largest entry of the last step
   const CompiledFunction& residual() const { return residual_; }
   const Violation& violation() const { return violation_; }

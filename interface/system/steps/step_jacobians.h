@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The Jacobians of a step that was taken, compiled.
+// Computes the Jacobians of a step, compiled.
 //
 //   StepJacobians derivatives(system, integrator, options);
 //   derivatives.evaluate(z, arguments, x_next);       // unknowns at the solution; (x, t, h, u, p); x'
 //   derivatives.matrix()                              // (nt x (nt + n_u + n_p)): A, B and P side by side
 //
-// By the chain rule from point to point (record_step.h), with everything derived by w = (z, dx, u, p): a value a_i of the
-// dynamics at a point y_i has the derivatives D_i dy_i/dw, which enter what comes after it; and where the residual R is zero,
+// Chain rule from point to point (record_step.h), with derivatives by w = (z, dx, u, p): a value a_i of the dynamics
+// at a point y_i has the derivatives D_i dy_i/dw, which enter all later values.  At a zero of the residual R,
 //   dz/d(dx, u, p) = -R_z^-1 R_(dx, u, p)      dx'/d(dx, u, p) = E_(dx, u, p) + E_z dz/d(dx, u, p)
 #pragma once
 
@@ -25,7 +25,7 @@ class StepJacobians {
   void evaluate(const double* z, const double* arguments, const double* x_next);
   const Eigen::MatrixXd& matrix() const { return matrix_; }
 
-  // What was compiled, and the operations of one evaluation besides the products of matrices.
+  // The compiled functions, and the operations of one evaluation without matrix products.
   std::vector<const CompiledFunction*> functions() const;
   std::size_t operations() const;
 
@@ -37,7 +37,7 @@ class StepJacobians {
 
     CompiledFunction function;
     CompiledFunction::Workspace workspace;
-    Eigen::MatrixXd x, p, y;  // a column for each point
+    Eigen::MatrixXd x, p, y;  // one column per point
   };
   void evaluate_kernels(const double* z, const double* arguments, const double* x_next);
   void chain_points();

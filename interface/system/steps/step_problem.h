@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The motion within an adaptive step as an initial value problem, compiled: y = (d, v), with q = q_c (+) d (record_rate.h).
+// The initial value problem of an adaptive step, compiled: y = (d, v) with q = q_c (+) d (record_rate.h).
 //
 //   StepProblem problem(system, Integrator::kAdaptive, tolerances, options, with_jacobians);
 //   problem.begin(arguments);                     // (x, t, h, u, p): the centre q_c is q
 //   problem.rate(s, y, dy); problem.state(s, y, x);
 //
-// What an internal step may be off by: relative * size + absolute in each entry.  Sizes: |q| of a slider, one radian of
-// angles and rotations, one metre of the place of a free body; the lengths of its linear and of its angular velocity, and
-// |v| of other joints.
+// Tolerance of an internal step: relative * size + absolute in each entry.  Sizes: |q| of a prismatic joint, one
+// radian for angles and rotations, one metre for the position of a free body; the norms of its linear and angular
+// velocity; |v| of other joints.
 #pragma once
 
 #include <optional>
@@ -34,7 +34,7 @@ class StepProblem final : public InitialValueProblem {
 
   void begin(const double* arguments);
   void move_centre(const double* q);
-  void start(double* y) const;  // at the beginning
+  void start(double* y) const;  // the initial values
 
   bool rate(double s, const double* y, double* dy) override;
   bool jacobian(double s, const double* y, double* J) override;
@@ -51,8 +51,8 @@ class StepProblem final : public InitialValueProblem {
   void moved(const Eigen::MatrixXd& S, Eigen::MatrixXd& dx) const;
 
   double longest_turn(const double* y) const;  // (rad) of a rotation in d
-  // When something had last no value since the beginning, whether that were derivatives alone, and the recorded branch that
-  // was left then, or "".
+  // When something had last no value since the beginning, whether that were derivatives alone, and the recorded branch
+  // that was left then, or "".
   std::optional<double> refused_at() const { return refused_at_; }
   bool refused_slopes() const { return refused_slopes_; }
   std::string left_branch() const;

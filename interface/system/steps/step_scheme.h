@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A scheme of dynamics/simulation/ applied to a system, on the tape.
+// Applies a scheme of dynamics/simulation/ to a system, on the tape.
 //
 //   const StepScheme scheme(system, Integrator::kRungeKutta4);
 //   StepValues end = scheme({t, h, x, u, p, {}}, scheme.dynamics());          // inside a recording
 //
-// A scheme meets the dynamics at a few points: the acceleration (nv) there, or for the variational scheme the derivatives of
-// the Lagrangian, by q with the forces and by v (2 nv).  The caller says what to do at such a point: dynamics() records
-// the system's, and who wants the chain from point to point alone gives variables instead (record_step.h).
+// A scheme evaluates the dynamics at some points: the acceleration (nv), or for the variational scheme the
+// derivatives of the Lagrangian, by q with the forces and by v (2 nv).  The caller provides these: dynamics()
+// records the system's; variables in its place give the chain from point to point alone (record_step.h).
 #pragma once
 
 #include <memory>
@@ -22,8 +22,8 @@ namespace dyntape {
 struct StepArguments {
   AD t, h;
   VectorXad x, u, p;
-  // Unknowns of an implicit scheme: the change of v, or xi (nv) of a variational step, which may be followed by v' (nv):
-  // the momentum at the end is then one more residual, where otherwise v' is solved for on the tape.
+  // Unknowns of an implicit scheme: the change of v, or xi (nv) of a variational step, optionally followed by v'
+  // (nv): the momentum at the end is then an additional residual; otherwise v' is solved for on the tape.
   VectorXad z;
 };
 
@@ -35,9 +35,9 @@ class StepScheme {
  public:
   using Dynamics = std::function<VectorXad(const SystemPoint<AD>&)>;
 
-  // Keeps a reference to the system.  ArgumentError where it does not fit together, or lacks what the scheme needs.
+  // Holds a reference to the system.  ArgumentError if the system is inconsistent, or lacks what the scheme needs.
   StepScheme(const System& system, Integrator integrator);
-  StepScheme(const StepScheme&) = delete;  // its parts point to each other
+  StepScheme(const StepScheme&) = delete;  // its members point to each other
   StepScheme& operator=(const StepScheme&) = delete;
 
   int nq() const { return model_.nq; }

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Adaptive steps: what they are asked for, and what became of them.
+// Tolerances and results of adaptive steps.
 #pragma once
 
 namespace dyntape {
 
-// What an adaptive step allows in each internal step: relative * size + absolute (step_problem.h says which sizes).
+// Limit of the error of each internal step: relative * size + absolute (step_problem.h defines the sizes).
 struct Tolerances {
   static constexpr double kLeastRelative = 1e-14, kMostRelative = 0.1;
   double relative = 1e-10, absolute = 1e-13;
 };
 
-// An adaptive step ended where an entry of System::events fell to zero.
+// The event that ended an adaptive step: an entry of System::events fell to zero.
 struct StepEvent {
-  int entry;  // the first, if there are several at once
+  int entry;  // the first, if several are simultaneous
   double t;   // (s)
 };
 
-// What an adaptive step took.
+// The cost of an adaptive step.
 struct StepEffort {
   long internal_steps = 0, rates = 0, jacobians = 0;
 
