@@ -178,6 +178,22 @@ TEST_F(FloatingTasks, TheQuadrupedCrouchesAndItsFeetStay) {
   ASSERT_TRUE(report.success()) << report.verdict();
   const Trajectory& motion = report.solution.motion;
   const auto& model = task.scene.model;
+  // The base in one row; a panel for each leg; no noise.
+  const io::Plot plot = trajectory_plot(task, motion);
+  EXPECT_EQ(plot.columns, 4);
+  const auto row = [&](std::size_t k) { return std::pair(plot.panels[k].title, plot.panels[k].starts_row); };
+  EXPECT_EQ(row(0), std::pair(std::string("position of the base"), false));
+  EXPECT_EQ(row(3), std::pair(std::string("angular velocity of the base"), false));
+  EXPECT_EQ(row(4), std::pair(std::string("joint angle, FL"), true));
+  EXPECT_EQ(row(5), std::pair(std::string("joint angle, FR"), false));
+  EXPECT_EQ(row(8), std::pair(std::string("joint velocity, FL"), true));
+  EXPECT_EQ(plot.panels[5].series.size(), 3u);
+  EXPECT_EQ(plot.panels[5].series[2].name, "FR_KFE");
+  double fastest = 0;
+  for (std::size_t k = 8; k < 12; ++k)
+    for (const io::Series& s : plot.panels[k].series)
+      for (double v : s.y) fastest = std::max(fastest, std::abs(v));
+  EXPECT_GT(plot.panels[3].y_limits.high, 1e-4 * fastest);
   dynamics::Data<double> data(model);
   std::vector<Vector3d> places;
   double slip = 0, moved = 0;
