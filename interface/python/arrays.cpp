@@ -16,12 +16,25 @@ namespace {
 
 PyArrayObject* array_of(nb::handle object) { return reinterpret_cast<PyArrayObject*>(object.ptr()); }
 
+// Throws for arrays whose numbers are not what their owner means: bools, and entries that a mask hides.
+void refuse_what_is_no_number(nb::handle given) {
+  if (!PyArray_Check(given.ptr())) return;
+  if (PyArray_TYPE(array_of(given)) == NPY_BOOL)
+    throw ArgumentError("expected an array of numbers, got one of bools; write a.astype(float)");
+  if (!PyArray_CheckExact(given.ptr()) && nb::hasattr(given, "mask") &&
+      nb::cast<bool>(nb::module_::import_("numpy").attr("any")(given.attr("mask")).attr("item")()))
+    throw ArgumentError("a masked array has entries without a number; write a.filled(number)");
+}
+
 // A float64 array, aligned and of this machine's byte order.
 nb::object as_float64(nb::handle given, int requirements = 0) {
   if (PyArray_CheckExact(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_DOUBLE &&
       PyArray_ISBEHAVED_RO(array_of(given)) &&
       (!(requirements & NPY_ARRAY_C_CONTIGUOUS) || PyArray_IS_C_CONTIGUOUS(array_of(given))))
     return nb::borrow(given);
+  refuse_what_is_no_number(given);
+  if (PyArray_Check(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_OBJECT)
+    requirements |= NPY_ARRAY_FORCECAST;  // of numbers: holds_objects()
   PyObject* made =
       PyArray_FROM_OTF(given.ptr(), NPY_DOUBLE, NPY_ARRAY_ALIGNED | NPY_ARRAY_NOTSWAPPED | requirements);
   if (!made) nb::raise_python_error();
@@ -67,13 +80,18 @@ std::string shape_text(const std::ptrdiff_t* shape, std::size_t n) {
 }
 
 bool holds_objects(nb::handle given) {
-  if (PyArray_Check(given.ptr())) return PyArray_TYPE(array_of(given)) == NPY_OBJECT;
-  if (!PyList_Check(given.ptr()) && !PyTuple_Check(given.ptr())) return false;
-  for (nb::handle entry : given) {
-    if (!PyFloat_Check(entry.ptr()) && !PyLong_Check(entry.ptr()) && !PyArray_CheckScalar(entry.ptr()) &&
-        !PyList_Check(entry.ptr()) && !PyTuple_Check(entry.ptr()))
-      return true;
+  const auto is_number = [](nb::handle entry) {
+    return PyFloat_Check(entry.ptr()) || PyLong_Check(entry.ptr()) || PyArray_CheckScalar(entry.ptr());
+  };
+  if (PyArray_Check(given.ptr())) {
+    if (PyArray_TYPE(array_of(given)) != NPY_OBJECT) return false;
+    for (nb::handle entry : nb::object(given.attr("flat")))
+      if (!is_number(entry)) return true;
+    return false;
   }
+  if (!PyList_Check(given.ptr()) && !PyTuple_Check(given.ptr())) return false;
+  for (nb::handle entry : given)
+    if (!is_number(entry) && !PyList_Check(entry.ptr()) && !PyTuple_Check(entry.ptr())) return true;
   return false;
 }
 

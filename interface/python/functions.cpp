@@ -321,6 +321,19 @@ void bind_function_facts(nb::class_<RecordedFunction>& f) {
       "to_text", [](const RecordedFunction& g) { return to_text(g.function); },
       "What was recorded, a line an operation.");
   f.def("__repr__", summary);
+  f.def(
+      "_repr_html_",
+      [](nb::handle self) { return nb::module_::import_("dyntape._pictures").attr("function_page")(self); },
+      "Sizes, and a picture of the non-zeros of the derivatives.");
+  f.def(
+      "__eq__",
+      [](const RecordedFunction& a, nb::handle b) {
+        return nb::isinstance<RecordedFunction>(b) &&
+               content_hash(a.function) == content_hash(nb::cast<const RecordedFunction&>(b).function);
+      },
+      nb::arg("other").none(), nb::sig("def __eq__(self, other: object, /) -> bool"),
+      "Whether both compute the same: equal content_hash.");
+  f.def("__hash__", [](const RecordedFunction& g) { return nb::hash(nb::cast(content_hash(g.function))); });
 }
 
 }  // namespace

@@ -49,4 +49,5 @@ NB_MODULE(_dyntape, module) {
       "What the command `dyntape` does with these arguments, its name first; returns its exit status.\n\n"
       "For a process of its own: it takes signals and the standard streams.");
   module.attr("__version__") = DYNTAPE_VERSION;
+  rewrite_argument_errors(module);
 }

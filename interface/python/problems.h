@@ -63,10 +63,12 @@ ParameterValue parameter_value(nb::handle value, nb::handle times);
 
 Eigen::VectorXd vector_of(nb::handle given, const std::string& what, Eigen::Index entries);
 
-void bind_stages(nb::module_& module);                                             // stages.cpp
-void bind_control(nb::module_& module);                                            // control.cpp
-void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem);            // ddp.cpp
-void bind_terms(nb::class_<PythonProblem>& problem);                               // problem_terms.cpp
-void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem);  // problem_solve.cpp
+void bind_stages(nb::module_& module);                                   // stages.cpp
+void bind_control(nb::module_& module);                                  // control.cpp
+void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem);  // ddp.cpp
+void bind_terms(nb::class_<PythonProblem>& problem);                     // problems/terms.cpp
+void bind_problem_sensitivities(nb::module_& module,
+                                nb::class_<ProblemSolution>& solution);  // problems/sensitivities.cpp
+void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem);  // problems/solve.cpp
 
 }  // namespace dyntape::python

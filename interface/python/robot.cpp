@@ -103,6 +103,19 @@ std::shared_ptr<Robot> robot_of(const std::string& text, const std::string& file
   return std::make_shared<Robot>(std::move(source));
 }
 
+// The text of a robot's file.  FileError: it cannot be read; names a shipped robot of this name.
+std::string text_of_robot(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) {
+    const auto shipped = std::filesystem::path(nb::cast<std::string>(
+                             nb::str(nb::module_::import_("dyntape").attr("config_folder")()))) /
+                         "robots" / file.filename();
+    if (std::filesystem::exists(shipped))
+      throw FileError(file.string() + ": there is no such file; the robot that dyntape brings along is " +
+                      "dyntape.config_folder() / \"robots/" + file.filename().string() + "\"");
+  }
+  return read_file(file.string());
+}
+
 // The function with its keywords; `first` are those before them.
 template <class F, class... First>
 void define_load(nb::module_& module, const char* name, F f, const char* what, const First&... first) {
@@ -257,6 +270,10 @@ void bind_facts(nb::class_<Robot>& robot) {
           "notes", [](const Robot& r) { return r.urdf.notes; },
           "What is odd or was corrected in the robot's file, a sentence each.")
       .def("__repr__", summary)
+      .def(
+          "_repr_html_",
+          [](nb::handle self) { return nb::module_::import_("dyntape._pictures").attr("robot_page")(self); },
+          "A table of the joints with their limits.")
       .def("__getstate__", robot_state)
       .def("__setstate__", restore)
       .def(
@@ -353,7 +370,7 @@ void bind_robot(nb::module_& module) {
       [](const std::filesystem::path& file, const std::string& base, const NameOrNames& lock, bool mimic,
          const Vector& gravity, const std::string& continuous, const std::string& root, double snap,
          bool accept) {
-        return robot_of(read_file(file.string()), file.string(),
+        return robot_of(text_of_robot(file), file.string(),
                         {base, all(lock), mimic, gravity, continuous, root, snap, accept});
       },
       "Reads a robot from a URDF file.\n\n"

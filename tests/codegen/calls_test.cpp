@@ -7,6 +7,7 @@
 #include <dyntape/codegen/pipeline.h>
 #include <gtest/gtest.h>
 #include <pthread.h>
+#include <span>
 
 #include "calls.h"
 #include "compilers.h"
@@ -200,7 +201,7 @@ TEST(Calls, NeedLittleStack) {
   };
   with_stack(128 * 1024, run);
   for (std::size_t lane = 0; lane < 8; ++lane) {
-    const auto expected = evaluate(f, {x.begin() + 4 * lane, x.begin() + 4 * lane + 4});
+    const auto expected = evaluate(f, std::span(x).subspan(4 * lane, 4));
     EXPECT_EQ(std::vector<double>(y.begin() + f.n_y() * lane, y.begin() + f.n_y() * (lane + 1)), expected);
   }
 }

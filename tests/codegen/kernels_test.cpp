@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <span>
 #include <thread>
 
 #include "random_function.h"
@@ -233,7 +234,7 @@ TEST_P(Kernels, WeightsOfTheFunctionPrecedeThoseOfTheHessian) {
   const auto expected = evaluate(d.function, x, p, w);
   const auto found = c.evaluate(Order::kSecond, x, p, w);
   EXPECT_TRUE(std::equal(found.y.begin(), found.y.end(), expected.begin()));
-  EXPECT_EQ(found.y, c.evaluate(Order::kValue, x, p, {w.begin(), w.begin() + 3}).y);
+  EXPECT_EQ(found.y, c.evaluate(Order::kValue, x, p, std::span(w).first(3)).y);
   EXPECT_TRUE(std::equal(found.hessian.rbegin(), found.hessian.rend(), expected.rbegin()));
   CompiledFunction::Workspace workspace(c);
   double y[3];

@@ -14,6 +14,7 @@
 
 #include <cmath>
 #include <functional>
+#include <span>
 
 #include "random_function.h"
 
@@ -378,7 +379,7 @@ TEST(Simplify, LanesHaveTheBitsOfTheInterpreter) {
     points.y = y.data();
     ASSERT_FALSE(compiled.run(Order::kValue, points, workspace));
     for (std::size_t i = 0; i < kPoints; ++i) {
-      const auto expected = evaluate(fast, {&x[5 * i], &x[5 * i] + 5});
+      const auto expected = evaluate(fast, std::span(&x[5 * i], 5));
       for (std::size_t k = 0; k < 8; ++k)
         ASSERT_TRUE(testing::same(y[8 * i + k], expected[k])) << "of " << width << " lanes, point " << i;
     }

@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <cmath>
+#include <span>
 
 #include <dyntape/codegen/compiled_function.h>
 
@@ -102,8 +103,7 @@ TEST(EdgesInLanes, HaveTheInterpretersBits) {
   ASSERT_FALSE(f.run(Order::kFirst, {.count = kPoints, .x = x.data(), .y = y.data(), .jacobian = J.data()},
                      workspace));
   for (std::size_t k = 0; k < kPoints; ++k) {
-    const std::vector<double> expected =
-        evaluate(d.function, {x.begin() + long(k * n), x.begin() + long((k + 1) * n)});
+    const std::vector<double> expected = evaluate(d.function, std::span(x).subspan(k * n, n));
     for (std::size_t i = 0; i < m; ++i)
       EXPECT_TRUE(same_bits(y[k * m + i], expected[i])) << all.cases[i].name << ", point " << k;
     for (std::size_t i = 0; i < d.jacobian.nnz(); ++i)

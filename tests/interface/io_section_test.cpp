@@ -142,6 +142,17 @@ TEST(Section, unknown_keys_get_the_nearest_name) {
             "t.info:7:1: unknown key 'qqqqqq'; valid are 'solver', 'effects'");
 }
 
+TEST(Section, AMisspeltRequiredKeyIsOneProblem) {
+  const std::string said = report("horizon {\n  duratoin 2\n}\n", [](Section& file) {
+    Section horizon = file.child("horizon");
+    horizon.get<double>("duration");
+    horizon.get<double>("intervals");
+  });
+  EXPECT_EQ(said,
+            "t.info:1:1: required key 'horizon.intervals' is missing\n"
+            "t.info:2:3: unknown key 'duratoin' in 'horizon'; did you mean 'duration'?");
+}
+
 TEST(Section, problems_of_form_and_meaning_are_reported_together) {
   const std::string said = report("a 1x\nb 2 // two\nb 3\nc = 4\n", [](Section& s) {
     s.get<double>("a");

@@ -164,7 +164,7 @@ TEST_F(FloatingTasks, TheQuadrotorFliesByBothMethods) {
     const io::Plot plot = trajectory_plot(task, motion);
     ASSERT_EQ(plot.panels.size(), 5u);
     EXPECT_EQ(plot.panels[0].y_label, "q [m]");
-    EXPECT_EQ(plot.panels[1].series.size(), 4u);
+    EXPECT_EQ(plot.panels[1].series.size(), 3u);  // roll, pitch, yaw
     EXPECT_EQ(plot.panels[4].y_label, "f [N]");
     EXPECT_EQ(plot.panels[4].series[1].name, "left");
   }

@@ -260,7 +260,7 @@ TEST(OcpParameters, SlopesByParametersAreThoseOfDifferences) {
   VectorXd point(n_z + 1 + n_p);
   point << z, t, problem.parameters.at(t);
   const Derivatives first = derive(f, Order::kFirst);
-  const std::vector<double> values = evaluate(first.function, {point.begin(), point.end()});
+  const std::vector<double> values = evaluate(first.function, point);
   const Pattern& pattern = first.jacobian;
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(Eigen::Index(f.n_y()), point.size());
   ASSERT_EQ(values.size(), f.n_y() + pattern.nnz());

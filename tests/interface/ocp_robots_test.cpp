@@ -205,7 +205,7 @@ TEST(RobotProblem, RecordedAndPlainRatesHaveTheSameEffects) {
     });
     Stage<double> stage;
     stage.x = state.head(2 * n), stage.u = state.tail(n);
-    const std::vector<double> recorded = evaluate(f, {state.begin(), state.end()});
+    const std::vector<double> recorded = evaluate(f, state);
     return std::pair(VectorXd(VectorXd::Map(recorded.data(), 2 * n)), p.rate(stage));
   };
   const auto [recorded, plain] = rates_of(scene);

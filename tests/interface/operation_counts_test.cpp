@@ -80,7 +80,7 @@ TEST(OperationCounts, FactoredRecordingsAgreeWithPlainCode) {
         if (state.size() > model.nq) state.tail(2 * model.nv) << uniform(model.nv, 2), uniform(model.nv, 5);
         const Eigen::VectorXd plain = evaluate_analytic(model, function, state);
         for (const Function& f : ways) {
-          const std::vector<double> y = evaluate(f, {state.begin(), state.end()});
+          const std::vector<double> y = evaluate(f, state);
           Eigen::Index first = 0;
           for (const RobotBlock& block : outputs(model, function)) {
             const auto expected = plain.segment(first, block.size());

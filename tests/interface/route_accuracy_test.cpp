@@ -74,7 +74,7 @@ VectorXd state_of(const State& s, const RobotFunction& function) {
 }
 
 VectorXd interpret(const Function& f, const VectorXd& x) {
-  const std::vector<double> y = evaluate(f, {x.begin(), x.end()});
+  const std::vector<double> y = evaluate(f, x);
   return Eigen::Map<const VectorXd>(y.data(), static_cast<Eigen::Index>(y.size()));
 }
 

@@ -98,7 +98,8 @@ class TreeBuilder {
 
   void read_key(LineCursor& cursor) {
     const Word word = cursor.word();
-    if (!word.quoted && word.raw.starts_with("//")) return reject_slashes(cursor, word);
+    if (!word.quoted && word.raw.starts_with("//")) return reject_comment(cursor, word, "//");
+    if (!word.quoted && word.raw.starts_with("#")) return reject_comment(cursor, word, "#");
     OpenBlock& block = blocks_.back();
     if (block.last_key_line == line_ && block.last >= 0 && !word.quoted &&
         parse_double(std::string(word.raw))) {
@@ -121,7 +122,8 @@ class TreeBuilder {
 
   void read_value(LineCursor& cursor) {
     const Word word = cursor.word();
-    if (!word.quoted && word.raw.starts_with("//")) return reject_slashes(cursor, word);
+    if (!word.quoted && word.raw.starts_with("//")) return reject_comment(cursor, word, "//");
+    if (!word.quoted && word.raw == "#") return reject_comment(cursor, word, "#");
     if (!word.quoted && word.raw == "=") {
       problem(word.offset, "'=' would be the value: in this format a blank stands between key and value");
       return;  // what follows is the value that was meant
@@ -157,9 +159,10 @@ class TreeBuilder {
     expect_ = Expect::kKey;
   }
 
-  void reject_slashes(LineCursor& cursor, const Word& word) {
-    problem(word.offset,
-            "'//' does not start a comment in this format, ';' does (quote a value that starts so)");
+  void reject_comment(LineCursor& cursor, const Word& word, const std::string& sign) {
+    problem(
+        word.offset,
+        "'" + sign + "' does not start a comment in this format, ';' does (quote a value that starts so)");
     cursor.skip_line();
   }
 
@@ -201,7 +204,8 @@ class TreeBuilder {
     cursor.skip_character();
     const std::string directive = text_of(cursor.plain_word());
     if (directive != "include")
-      return problem(offset, "unknown directive '#" + directive + "'; only #include is known");
+      return problem(offset, "unknown directive '#" + directive +
+                                 "'; only #include is known, and a comment begins with ';'");
     if (cursor.peek() != '"') return problem(cursor.offset(), "#include expects a file name in quotes");
     const Word name = cursor.word();
     const std::string path = text_of(name);

@@ -114,8 +114,12 @@ void Section::defer(const std::string& key, const std::string& takes, const char
 
 const InfoNode* Section::find(const std::string& key, bool required) {
   if (given(key)) return state_->node->child(key);
-  if (required) note(state_->where, "required key '" + full(key) + "' is missing");
+  if (required) note(state_->where, missing(key));
   return nullptr;
+}
+
+std::string Section::missing(const std::string& key) const {
+  return "required key '" + full(key) + "' is missing";
 }
 
 const InfoNode* Section::find_value(const std::string& key, bool required) {
@@ -211,12 +215,21 @@ void Section::check_unread() {
     const auto [place, is_first] = first.emplace(child.key, child.where);
     if (!state_->known.count(child.key)) {
       if (is_first) note(child.where, unknown(child.key));
+      forgive_missing(child.key);
     } else if (!is_first && !state_->repeatable.count(child.key)) {
       note(child.where,
            "duplicate key '" + full(child.key) + "'; it is given first at " + to_string(place->second));
     }
   }
   for (State& block : state_->blocks) Section(reading_, &block).check_unread();
+}
+
+// A required key that is misspelt is one problem: its place says what is wrong.
+void Section::forgive_missing(const std::string& misspelt) {
+  const std::string synonym = synonym_of(misspelt, state_->asked);
+  const std::string meant = synonym.empty() ? nearest_name(misspelt, state_->asked) : synonym;
+  if (meant.empty()) return;
+  std::erase_if(reading_->problems, [&](const Problem& p) { return p.message == missing(meant); });
 }
 
 std::string Section::unknown(const std::string& key) const {

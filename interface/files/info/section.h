@@ -135,6 +135,8 @@ class Section {
   void check_unread();
   std::string unknown(const std::string& key) const;
   std::string hint(const std::string& key) const;
+  std::string missing(const std::string& key) const;
+  void forgive_missing(const std::string& key);
   static InfoNode effective(const State& state);
   static InfoNode effective_block(const State& block, const std::string& key);
   std::string full(const std::string& key) const;

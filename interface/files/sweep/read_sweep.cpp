@@ -34,9 +34,10 @@ bool take_swept_scene(Section& file, SceneSweep& sweep) {
     sweep.scene = read_scene(path_beside(sweep.file, file, "scene", name));
     const bool has_constraints = !sweep.scene.robot.constraints.empty();
     if (!has_constraints && !sweep.scene.commands.followed) return true;
-    file.problem("scene", "'" + name + "' has " +
-                              (has_constraints ? "constraints" : "motors that follow a motion") +
-                              ", which only simulate knows");
+    file.problem("scene",
+                 "'" + name + "' has " + (has_constraints ? "constraints" : "motors that follow a motion") +
+                     ", which only simulate knows" +
+                     (has_constraints ? "; contacts can be swept as springs, in 'effects.contacts'" : ""));
     return false;
   } catch (const Error& e) {
     file.problem("scene", first_of(e.what()));

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ _FUNCTIONS: dict[np.ufunc, tuple[Any, int]] = {
     np.logical_not: (lambda a: a ^ True, 1),
 }
 _OWN = {ufunc: np.frompyfunc(function, arguments, 1) for ufunc, (function, arguments) in _FUNCTIONS.items()}
+_NOT_SUPPORTED = re.compile("not supported for the input types|does not support argument|no callable|Cannot cast")
 _LINALG = np.linalg
 _OF_PIVOTS = {_LINALG.solve, _LINALG.inv, _LINALG.lstsq, _LINALG.pinv, _LINALG.det, _LINALG.eigh, _LINALG.svd, _LINALG.qr}
 _SELECT = np.frompyfunc(_d.select, 3, 1)
@@ -61,7 +63,12 @@ def _array_ufunc(self: Any, ufunc: np.ufunc, method: str, *inputs: Any, **option
         return np.minimum(np.maximum(inputs[0], inputs[1]), inputs[2])
     if "out" in options:
         options["out"] = tuple(_plain(out) for out in options["out"])
-    result = getattr(_OWN.get(ufunc, ufunc), method)(*(_plain(value) for value in inputs), **options)
+    try:
+        result = getattr(_OWN.get(ufunc, ufunc), method)(*(_plain(value) for value in inputs), **options)
+    except TypeError as error:
+        if ufunc in _OWN or not _NOT_SUPPORTED.search(str(error)):
+            raise
+        raise _cannot_be_recorded(ufunc.__name__) from error
     return tuple(map(_taped, result)) if isinstance(result, tuple) else _taped(result)
 
 
@@ -79,7 +86,21 @@ def _array_function(self: Any, func: Any, types: Any, args: Any, kwargs: Any) ->
             f"np.linalg.{func.__name__} of recorded values would decide by pivots; "
             "expected dyntape.symmetric_solve(a, b), or np.linalg.cholesky"
         )
-    return func._implementation(*args, **kwargs)
+    try:
+        return func._implementation(*args, **kwargs)
+    except (TypeError, _d.RecordingError) as error:
+        if not isinstance(error, _d.RecordingError) and not _NOT_SUPPORTED.search(str(error)):
+            raise
+        if "cannot be recorded" in str(error):
+            raise
+        raise _cannot_be_recorded(f"{func.__module__}.{func.__name__}".replace("numpy", "np", 1)) from error
+
+
+def _cannot_be_recorded(name: str) -> Exception:
+    return _d.RecordingError(
+        f"{name} cannot be recorded: it needs numbers; expected arithmetic, numpy's elementary functions, sums and products, "
+        "and np.where or dyntape.where for cases, as between the points of a table"
+    )
 
 
 def _select(condlist: Any, choicelist: Any, default: Any = 0) -> Any:

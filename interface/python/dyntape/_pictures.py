@@ -79,3 +79,44 @@ def pictures_of(result: Any) -> Pictures:
     if not found:
         raise RuntimeError("; ".join(unwritten) or "nothing was drawn")
     return Pictures(found)
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
+    def cells(tag: str, row: tuple[Any, ...]) -> str:
+        return "".join(f"<{tag}>{html.escape(f'{c:.6g}' if isinstance(c, float) else str(c))}</{tag}>" for c in row)
+
+    return f"<table><tr>{cells('th', head)}</tr>" + "".join(f"<tr>{cells('td', row)}</tr>" for row in rows) + "</table>"
+
+
+def _pattern_picture(title: str, rows: int, cols: int, pattern: Any) -> str:
+    """Non-zeros of a matrix as squares."""
+    unit = max(1.0, min(12.0, 240 / max(rows, cols, 1)))
+    squares = "".join(
+        f'<rect x="{c * unit:.4g}" y="{r * unit:.4g}" width="{unit:.4g}" height="{unit:.4g}"/>' for r, c in zip(*pattern)
+    )
+    size = f'width="{cols * unit:.4g}" height="{rows * unit:.4g}"'
+    caption = f"{title}: {len(pattern[0])} of {rows * cols}"
+    return f'<figure style="display:inline-block"><svg xmlns="http://www.w3.org/2000/svg" {size} style="border:1px solid #888" fill="#36c">{squares}</svg><figcaption>{caption}</figcaption></figure>'
+
+
+def function_page(function: Any) -> str:
+    """Sizes of a function, and the non-zeros of its derivatives up to 500 variables and results."""
+    text = f"<p>{html.escape(repr(function))}</p>"
+    if max(function.n_x, function.n_y) > 500:
+        return text
+    jacobian = _pattern_picture("Jacobian", function.n_y, function.n_x, function.jacobian_pattern)
+    hessian = _pattern_picture("Hessian, lower triangle", function.n_x, function.n_x, function.hessian_pattern)
+    return text + jacobian + hessian
+
+
+def robot_page(robot: Any) -> str:
+    """The joints of a robot with their limits; joints of several degrees of freedom have none."""
+    sizes = {"spherical": 3, "planar": 3, "free-flyer": 6}
+    rows, k = [], 0
+    for name, kind in zip(robot.joints, robot.joint_types):
+        n = sizes.get(kind, 1)
+        limits = [float(a[k]) for a in (robot.lower_limits, robot.upper_limits, robot.velocity_limits, robot.effort_limits)]
+        rows.append((name, kind, *(limits if n == 1 else [""] * 4)))
+        k += n
+    head = ("joint", "type", "lower", "upper", "speed", "effort")
+    return f"<p>{html.escape(repr(robot))}</p>" + _table(head, rows)

@@ -78,7 +78,8 @@ struct Panel {
   double zero = std::numeric_limits<double>::quiet_NaN();
   bool equal_axes = false;  // same scale in x and y; widens the limits to fit
   bool wide = false;
-  int height = 230;  // of the frame [px]
+  bool starts_row = false;  // of the grid
+  int height = 230;         // of the frame [px]
 };
 
 struct Plot {

@@ -102,7 +102,7 @@ Layout arrange(const Plot& plot) {
     const size_t first = i;
     for (int column = 0; column < plot.columns && i < plot.panels.size(); ++column, ++i) {
       const Panel& panel = plot.panels[i];
-      if (panel.wide && column > 0) break;
+      if ((panel.wide || panel.starts_row) && column > 0) break;
       const double left = column * cell + kLeft,
                    right = (panel.wide ? plot.width : (column + 1) * cell) - right_margin(panel);
       Place place{{left, 0, right, 0}, y + kTop, {}};

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <cstdio>
+#include <span>
 
 #include <dyntape/interface/cppad/cg.h>
 #include <dyntape/interface/cppad/library.h>
@@ -37,7 +38,7 @@ int main() {
   errors += wrong(y[1], B.determinant(), "determinant");
 
   const dyntape::CompiledFunction g = CppAD::to_library(f);
-  const auto all = g.evaluate(dyntape::Order::kFirst, {x.data(), x.data() + 4});
+  const auto all = g.evaluate(dyntape::Order::kFirst, std::span(x.data(), 4));
   for (std::size_t k = 0; k < all.jacobian.size(); ++k)
     errors +=
         wrong(all.jacobian[k], J[g.jacobian_pattern().row[k] * 4 + g.jacobian_pattern().col[k]], "Jacobian");

@@ -12,7 +12,7 @@
 #include <dyntape/interface/motion/inverse_kinematics.h>
 #include <dyntape/interface/motion/robot_terms.h>
 
-#include "problems.h"
+#include "../problems.h"
 
 namespace dyntape::python {
 namespace {

@@ -13,9 +13,9 @@
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/report/player/player.h>
 
-#include "motions.h"
-#include "problems.h"
-#include "watch.h"
+#include "../motions.h"
+#include "../problems.h"
+#include "../watch.h"
 
 namespace dyntape::python {
 namespace {
@@ -267,6 +267,7 @@ void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem)
   def_array(type, "v", "(points, nv).", [](const S& s) { return rows_of_state(s, s.nq, s.nv, "v"); });
   bind_motion(type);
   bind_found(type);
+  bind_problem_sensitivities(module, type);
   problem.def(
       "solve", solve_problem, nb::arg("intervals") = nb::none(), nb::kw_only(),
       nb::arg("scheme") = nb::none(), nb::arg("hessian") = "exact", nb::arg("method") = "ipopt",

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Sentences for calls with wrong arguments, made of a function's own signature."""
+
+from __future__ import annotations
+
+import ast
+import difflib
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+def _signature(function: Any) -> ast.FunctionDef:
+    text = re.sub(r"\\\d+", "None", function.__nb_signature__[0][0])
+    node = ast.parse(text.splitlines()[-1] + ": ...").body[0]
+    assert isinstance(node, ast.FunctionDef)
+    return node
+
+
+def _fits(value: Any, annotation: str) -> bool:
+    """False where the value is certainly not what the annotation asks for."""
+    words = set(re.findall(r"[\w.]+", annotation.rsplit(".", 1)[-1] if "[" not in annotation else annotation))
+    if value is None:
+        return "None" in words or "Any" in words
+    if isinstance(value, (str, bytes)):
+        return bool(words & {"str", "Any", "PathLike", "object"})
+    if isinstance(value, int) and not isinstance(value, bool) and value < 0:
+        return "int" not in words  # sizes and counts are what refuses an integer
+    if "Callable" in words:
+        return callable(value) or len(words & {"Any", "ArrayLike", "None"}) > 0 and "|" in annotation
+    if words == {"int"} or words == {"int", "None"}:
+        return isinstance(value, int) or hasattr(value, "__index__")
+    if words == {"float"} or words == {"float", "None"}:
+        return hasattr(value, "__float__")
+    if words == {"str"} or words == {"str", "None"}:
+        return isinstance(value, str)
+    return not ("Sequence" in words and not hasattr(value, "__len__"))
+
+
+def _expected(annotation: str, value: Any) -> str:
+    plain = annotation.replace("collections.abc.", "").replace("dyntape._dyntape.", "").replace("numpy.typing.", "")
+    if isinstance(value, int) and not isinstance(value, bool) and value < 0:
+        return f"{plain}, not negative"
+    return "an array of numbers" if plain == "ArrayLike" else plain
+
+
+def of_arguments(function: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) -> str:
+    """What is wrong with a call that fits no signature of the function."""
+    node = _signature(function)
+    positional, named = node.args.args, node.args.kwonlyargs
+    is_method = bool(positional) and positional[0].arg == "self"
+    owner = type(args[0]).__name__ + "." if is_method and args else ""
+    name = owner[:-1] if node.name == "__init__" else owner + node.name
+    if is_method:
+        positional, args = positional[1:], args[1:]
+    known = {a.arg: ast.unparse(a.annotation) if a.annotation else "Any" for a in positional + named}
+    shape = f"{name}({', '.join([a.arg for a in positional] + (['*'] if named else []) + [a.arg for a in named])})"
+    if len(args) > len(positional) and not node.args.vararg:
+        return f"{name}: got {len(args)} arguments without names, expected at most {len(positional)}: {shape}"
+    for word in kwargs:
+        if word not in known and not node.args.kwarg:
+            near = difflib.get_close_matches(word, known, 1)
+            return f'{name} has no argument "{word}"; ' + (f'did you mean "{near[0]}"?' if near else f"expected {shape}")
+    given = {a.arg: value for a, value in zip(positional, args, strict=False)}
+    for word in kwargs:
+        if word in given:
+            return f'{name}: "{word}" is given twice, by its place and by its name'
+    given.update(kwargs)
+    required = [a.arg for a in positional[: len(positional) - len(node.args.defaults)]]
+    required += [a.arg for a, default in zip(named, node.args.kw_defaults, strict=True) if default is None]
+    missing = [word for word in required if word not in given]
+    if missing:
+        return f"{name} needs {' and '.join(missing)}: {shape}"
+    for word, value in given.items():
+        if word in known and not _fits(value, known[word]):
+            what = repr(value) if value is None or isinstance(value, (int, float, str)) else type(value).__name__
+            return f"{name}: {word} is {what}; expected {_expected(known[word], value)}"
+    types = ", ".join(f"{word}: {type(value).__name__}" for word, value in given.items())
+    wanted = ", ".join(f"{word}: {_expected(known.get(word, 'Any'), None)}" for word in given)
+    return f"{name}: got {types}; expected {wanted}"

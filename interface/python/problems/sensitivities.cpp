@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Derivatives of a solution of a Problem by its parameters and its start, as Python has them.
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
+
+#include "../motions.h"
+#include "../problems.h"
+
+namespace dyntape::python {
+namespace {
+
+using Eigen::Index;
+
+struct ProblemSensitivities {
+  MotionSensitivities found;
+  Index points, stride;     // points of the mesh; variables of a point
+  Index n_x, first_u, n_u;  // within a point
+};
+
+ProblemSensitivities sensitivities_of(const ProblemSolution& s) {
+  if (s.solution->phases.size() != 1)
+    throw ArgumentError("sensitivities: expected the solution of a problem without phases");
+  const nb::gil_scoped_release unlocked;
+  const Trajectory& motion = s.solution->motion;
+  MeshOptions mesh{.scheme = motion.scheme, .intervals = motion.intervals(), .nodes = motion.nodes()};
+  mesh.evaluation.route = Route::kTiered;
+  const StagedNlp nlp = discretize(s.problem, mesh);
+  const StagedPhase& phase = nlp.phase();
+  MotionSensitivity sensitivity(s.problem, mesh);
+  return {sensitivity.at(nlp.problem(), s.solution->nlp),
+          Index(phase.points),
+          Index(phase.n_z),
+          phase.asked.n_x(),
+          Index(phase.n_z) - phase.problem.n_u(),
+          phase.problem.n_u()};
+}
+
+// (points, entries, columns) of the variables `first` to `first + count` of each point.
+nb::object of_points(const ProblemSensitivities& s, const SensitivityTable& table, Index first, Index count) {
+  const Index columns = table.cost.size();
+  double* to = nullptr;
+  nb::object array = new_array({s.points, count, columns}, to);
+  for (Index point = 0; point < s.points; ++point)
+    for (Index i = 0; i < count; ++i)
+      for (Index k = 0; k < columns; ++k) *to++ = table.x(point * s.stride + first + i, k);
+  return array;
+}
+
+void bind_table(nb::class_<ProblemSensitivities>& type, SensitivityTable MotionSensitivities::*of,
+                const std::string& by, const std::string& columns) {
+  using S = ProblemSensitivities;
+  def_array(type, kept("dx_d" + by), kept("(points, states, " + columns + ")."),
+            [of](const S& s) { return of_points(s, s.found.*of, 0, s.n_x); });
+  def_array(type, kept("du_d" + by), kept("(points, controls, " + columns + ")."),
+            [of](const S& s) { return of_points(s, s.found.*of, s.first_u, s.n_u); });
+  def_array(type, kept("dcost_d" + by), kept("(" + columns + ",)."),
+            [of](const S& s) { return entries_of((s.found.*of).cost); });
+}
+
+}  // namespace
+
+void bind_problem_sensitivities(nb::module_& module, nb::class_<ProblemSolution>& solution) {
+  using S = ProblemSensitivities;
+  nb::class_<S> type(module, "Sensitivities",
+                     "Derivatives of an optimal motion by its parameters and its start, to first order.");
+  bind_table(type, &MotionSensitivities::parameters, "p", "parameters");
+  bind_table(type, &MotionSensitivities::start, "start", "states");
+  type.def_prop_ro(
+          "parameters", [](const S& s) { return s.found.parameters.names; },
+          "Names of the entries of the parameters, in the order of the last axis.")
+      .def_prop_ro(
+          "gain",
+          [](const S& s) {
+            const Eigen::MatrixXd by_rows = s.found.gain.transpose();
+            return rows_of(by_rows);
+          },
+          nb::sig("def gain(self) -> Array"),
+          "(controls, states): the derivative of the first control by the state at the start, with the "
+          "controls "
+          "at their limits held there.")
+      .def_prop_ro(
+          "good", [](const S& s) { return s.found.good(); },
+          "Whether these are the derivatives: the solution is a strict minimum with independent active rows.")
+      .def_prop_ro(
+          "status", [](const S& s) { return to_string(s.found.status); }, "good, or the reason in a word.")
+      .def_prop_ro(
+          "why", [](const S& s) { return s.found.why; }, "The reason in a sentence; \"\": good.")
+      .def("__repr__", [](const S& s) {
+        return "<dyntape.Sensitivities: " + std::to_string(s.found.parameters.cost.size()) + " parameters, " +
+               std::to_string(s.found.start.cost.size()) + " states, " + to_string(s.found.status) + ">";
+      });
+  def_no_pickle(type, "pass on its arrays");
+  solution.def(
+      "sensitivities", sensitivities_of,
+      "Derivatives of this solution by the problem's parameters and by the state at t = 0: Sensitivities.\n\n"
+      "Of a problem without phases, for a solve with a small tolerance.  If an entry of the start is free, "
+      "its "
+      "derivatives are zero.\n"
+      "Raises ArgumentError for phases and for parameters of time with multiple shooting.\n\n"
+      ">>> p = dyntape.Problem(\"block\", [\"p\", \"v\"], [\"u\"], 1.0, lambda s: [s.x[1], s.u[0]])\n"
+      ">>> p.add_squares(\"effort\", lambda s: s.u)\n"
+      ">>> p.start, p.goal = [0, 0], [1, 0]\n"
+      ">>> by = p.solve(10, tolerance=1e-10).sensitivities()\n"
+      ">>> round(float(by.gain[0, 0]), 6)       # du(0)/dp(0)\n"
+      "-6.0");
+}
+
+}  // namespace dyntape::python

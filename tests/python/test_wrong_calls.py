@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Wrong calls end in one sentence with the name of the argument; displays and equality of functions."""
+
+import re
+
+import numpy as np
+import pytest
+
+import dyntape
+
+ARM = dyntape.load(dyntape.config_folder() / "robots" / "ur5.urdf")
+
+
+def square():
+    return dyntape.record(lambda x: x * x, 2)
+
+
+WRONG = [
+    (lambda: ARM.rnea(None, None, None), "Robot.rnea: q is None; expected an array of numbers"),
+    (lambda: ARM.rnea(np.zeros(6)), "Robot.rnea needs v and a: Robot.rnea(q, v, a, *, route)"),
+    (lambda: ARM.rnea(q=np.zeros(6), w=1), 'has no argument "w"'),
+    (lambda: ARM.rnea(np.zeros(6), np.zeros(6), np.zeros(6), rout="tape"), 'did you mean "route"?'),
+    (lambda: ARM.rnea(np.zeros(6), np.zeros(6), np.zeros(6), "tape"), "expected at most 3"),
+    (lambda: ARM.rnea(np.zeros(6), np.zeros(6), np.zeros(6), q=1), "given twice"),
+    (lambda: ARM.random(-3), "Robot.random: count is -3; expected int | None, not negative"),
+    (lambda: ARM.random(2.5), "count is 2.5; expected int | None"),
+    (lambda: dyntape.record(lambda x: x, -2), "record: n_x is -2; expected int, not negative"),
+    (lambda: dyntape.record(3, 2), "record: f is 3; expected Callable"),
+    (lambda: dyntape.record(lambda x: x), "record needs n_x"),
+    (lambda: dyntape.load(), "load needs file"),
+    (lambda: dyntape.Problem("car", ["x"], ["u"], "long", lambda s: s.u), "duration is 'long'; expected float"),
+]
+
+
+@pytest.mark.parametrize("call, sentence", WRONG, ids=[sentence for _, sentence in WRONG])
+def test_a_wrong_call_is_one_sentence(call, sentence):
+    with pytest.raises(TypeError) as error:
+        call()
+    assert sentence in str(error.value)
+    assert "\n" not in str(error.value)
+    assert "incompatible function arguments" not in str(error.value)
+
+
+def test_a_type_error_of_the_users_code_passes_through():
+    def wrong(x):
+        raise TypeError("incompatible in my own words")
+
+    with pytest.raises(TypeError, match="^incompatible in my own words$"):
+        dyntape.record(wrong, 2)
+
+
+@pytest.mark.parametrize(
+    "call, name",
+    [
+        (lambda x: np.interp(x[0], [0, 1], [0, 1]), "np.interp"),
+        (lambda x: np.fft.fft(x), "fft"),
+        (lambda x: np.linalg.matrix_rank(x.reshape(1, 2)), "np.linalg"),
+    ],
+)
+def test_what_cannot_be_recorded_is_named(call, name):
+    with pytest.raises((dyntape.RecordingError, dyntape.ArgumentError)) as error:
+        dyntape.record(call, 2)
+    assert name in str(error.value)
+
+
+def test_bools_and_masked_entries_are_refused():
+    f = square()
+    with pytest.raises(dyntape.ArgumentError, match="bools"):
+        f(np.array([True, False]))
+    with pytest.raises(dyntape.ArgumentError, match="masked"):
+        f(np.ma.array([1.0, 2.0], mask=[False, True]))
+    assert np.array_equal(f(np.ma.array([1.0, 2.0])), [1, 4])
+    with pytest.raises(dyntape.ArgumentError, match="bools"):
+        ARM.rnea(np.zeros(6, dtype=bool), np.zeros(6), np.zeros(6))
+
+
+def test_an_object_array_of_numbers_is_numbers():
+    assert np.array_equal(square()(np.array([1.0, 2], dtype=object)), [1, 4])
+    q = np.full(6, 0.1)
+    zero = np.zeros(6)
+    assert np.array_equal(ARM.rnea(q.astype(object), zero, zero), ARM.rnea(q, zero, zero))
+
+
+def test_a_missing_file_of_a_shipped_name_points_to_the_folder():
+    with pytest.raises(dyntape.FileError, match=re.escape('dyntape.config_folder() / "robots/ur5.urdf"')):
+        dyntape.load("ur5.urdf")
+    with pytest.raises(dyntape.FileError, match="^nothing.urdf: "):
+        dyntape.load("nothing.urdf")
+
+
+def test_functions_that_compute_the_same_are_equal():
+    f, g, h = square(), square(), dyntape.record(lambda x: x + x, 2)
+    assert f == g and hash(f) == hash(g) and len({f, g, h}) == 2
+    assert f != h and f != 3 and f != None  # noqa: E711
+
+
+def test_displays():
+    page = square()._repr_html_()
+    assert "Jacobian: 2 of 4" in page and page.count("<rect") == 4
+    page = ARM._repr_html_()
+    assert page.count("<tr>") == 7 and "shoulder_pan_joint" in page
+    dog = dyntape.load(dyntape.config_folder() / "robots" / "solo12.urdf", base="floating")
+    assert dog._repr_html_().count("<tr>") == 14
