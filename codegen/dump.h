@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// DYNTAPE_DUMP=folder: what each stage of the pipeline made, in files to look at.
+// Writes the result of each stage of the pipeline to files, for inspection, if DYNTAPE_DUMP=folder is set.
 //
 //   const Dump dump("arm");            does nothing unless the variable is set
 //   dump.graph("recorded", function);  folder/arm.recorded.txt
@@ -21,12 +21,12 @@ class Dump {
   void graph(const std::string& stage, const Function& function) const;
   void graphs(const std::string& stage, const std::vector<Derivatives>& derivatives) const;
   void schedules(const std::vector<KernelPlan>& plans) const;
-  // Instructions, disassembled where there is objdump.
+  // Instructions, disassembled if objdump exists.
   void machine(const MachineCode& code) const;
   void text(const std::string& extension, const std::string& text) const;
 
  private:
-  std::string prefix_;  // empty: switched off
+  std::string prefix_;  // empty: nothing is written
 };
 
 }  // namespace dyntape::codegen

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A function as it is evaluated, compiled or interpreted, for good: one tier of a CompiledFunction.  Internal.
+// One tier of a CompiledFunction: a function's evaluation, compiled or interpreted, that does not change.  Internal.
 //
 //   const Kernels kernels(produce(recorded, options), options);
 //   Kernels::Room room(kernels);                                  // of one evaluation at a time
@@ -32,17 +32,17 @@ class Kernels {
 
   Kernels(Product product, const CodegenOptions& options);
 
-  // An order that there is.  Points that lie side by side: as many as lane_width(), or one.
+  // `order` must exist.  Evaluates lane_width() points that lie side by side, or one.
   Violation run(Order order, const Points& points, Room& room) const;
 
-  Tier tier() const;  // kFinal where a compiler made it
+  Tier tier() const;  // kFinal if made by a compiler
   std::size_t lane_width() const { return wide_.empty() ? 1 : wide_.front().lane_width; }
   // Doubles of one point in each array.
   Strides sizes(Order order) const;
 
   Product product;
   const std::string name;
-  const Order order;  // the highest
+  const Order order;  // the highest order
   Pattern jacobian, hessian;
   std::vector<std::size_t> operations;  // by order
 
@@ -55,7 +55,7 @@ class Kernels {
 
   std::vector<Interpreter> interpreters_;  // by order; empty if there is code
   std::vector<dyntape_kernel> code_;       // by order; empty if interpreted
-  std::vector<dyntape_kernel> wide_;       // the same of several lanes; empty if there are none
+  std::vector<dyntape_kernel> wide_;       // the same for several lanes; empty if there are none
 };
 
 }  // namespace dyntape::codegen

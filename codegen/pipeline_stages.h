@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The way from a recorded function to a loaded library, stage by stage, in the order of docs/architecture.md.  Internal.
+// The stages from a recorded function to a loaded library, in the order of docs/architecture.md.  Internal.
 //
 //   Product product = begin(recorded);
 //   std::optional<LibraryBuilder> builder = find(product, options);          product.library: it was in the cache
@@ -8,13 +8,13 @@
 //   Source source = print(product, derived, builder->content(), options);
 //   product = make(product, source, *builder);
 //
-// Each adds the time it takes to product.timings.  produce() is all of them:
+// Each stage adds its time to product.timings.  produce() runs all stages:
 //
 //   Product product = produce(function, options);
 //   if (product.library) product.library->descriptor().kernels[0].run(...);
-//   else Interpreter(product.derived[0].function)(...);                       there is neither compiler nor machine code
+//   else Interpreter(product.derived[0].function)(...);                       neither compiler nor machine code
 //
-// DYNTAPE_DUMP=folder writes what each stage made: the recorded graph, the derived ones, their schedules, the
+// DYNTAPE_DUMP=folder writes the result of each stage: the recorded graph, the derived graphs, their schedules, the
 // C text and the compiler's command.
 #pragma once
 
@@ -33,7 +33,7 @@ struct Product {
   Function function;                           // as recorded, compact
   std::shared_ptr<const Library> library;      // null: machine code, or interpreted
   std::shared_ptr<const MachineCode> machine;  // null: a library, or interpreted
-  std::vector<Derivatives> derived;            // by order, where there is no library
+  std::vector<Derivatives> derived;            // by order; empty if there is a library
   std::string source_path;                     // beside the library in the cache; empty without cache
   std::string compiler;                        // its version
   Timings timings;
@@ -41,14 +41,14 @@ struct Product {
 
 Product begin(const Function& recorded);
 
-// The compiler and the place in the cache; none: to be interpreted.
+// Finds the compiler and the place in the cache; none: the function is interpreted.
 std::optional<LibraryBuilder> find(Product& product, const CodegenOptions& options);
 
-// By order up to options.order, simplified; `fused`: for code that has fma.
+// Derives up to options.order and simplifies; `fused`: for code that has fma.
 std::vector<Derivatives> derive(Product& product, const CodegenOptions& options, bool fused);
 std::vector<Derivatives> derive(Product& product, const CodegenOptions& options);
 
-// The first half of print: scheduled; `outlines`: repeated parts as functions.
+// The first half of print(): the schedules; `outlines`: repeated parts as functions.
 KernelSets plan(Product& product, std::vector<Derivatives> derived, const std::string& content,
                 const CodegenOptions& options, bool outlines);
 
@@ -56,13 +56,13 @@ KernelSets plan(Product& product, std::vector<Derivatives> derived, const std::s
 Source print(Product& product, std::vector<Derivatives> derived, const std::string& content,
              const CodegenOptions& options);
 
-// Compiled, put into the cache if the builder has one, and loaded.
+// Compiles, stores in the cache if the builder has one, and loads.
 Product make(Product product, const Source& source, const LibraryBuilder& builder);
 
-// Without a compiler: machine code, or to be interpreted.
+// Without a compiler: makes machine code, or leaves the function to the interpreter.
 Product make_at_once(Product product, std::vector<Derivatives> derived, const CodegenOptions& options);
 
-// All of it; NotCached.
+// Runs all stages; may throw NotCached.
 Product produce(const Function& recorded, const CodegenOptions& options);
 
 }  // namespace dyntape::codegen

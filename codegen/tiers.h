@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The ways of evaluating a function, of which each serves until a better one is there: what copies of a
-// CompiledFunction and their workspaces share.  Internal.
+// The tiers of a function; each serves until a better tier exists.  Copies of a CompiledFunction and their
+// workspaces share them.  Internal.
 //
 //   auto [tiers, builder] = make_tiers(recorded, options);   tiered: back before a compiler has started
 //   Place place(tiers);                                      where one thread evaluates
 //   Place::Room& now = place.now();
 //   now.kernels.run(order, points, now.room);                by the interpreter, and some day by compiled code
 //
-// A new tier is swapped in between two evaluations of a place, by one pointer: evaluations never wait and never
-// allocate.
+// A new tier replaces the old one between two evaluations of a place, by one pointer: evaluations never wait and
+// never allocate.
 #pragma once
 
 #include <sys/types.h>
@@ -32,8 +32,8 @@ inline constexpr std::size_t kTiers = 4;
 
 class Tiers;
 
-// The background fills a room and then points to it; the evaluating thread only reads the pointer.  Rooms stay until
-// the place goes: it may be evaluating in any of them.
+// The background thread fills a room and then points to it; the evaluating thread only reads the pointer.  Rooms
+// live as long as the place, because an evaluation may use any of them.
 class Place {
  public:
   struct Room {
@@ -61,12 +61,12 @@ class Place {
 
 class Tiers {
  public:
-  // `settled`: no other tier will come.
+  // `settled`: there will be no other tier.
   Tiers(std::unique_ptr<const Kernels> first, bool settled);
 
-  // For what no tier changes: sizes, patterns, name.
+  // Sizes, patterns and name, which are the same in all tiers.
   const Kernels& first() const { return first_; }
-  // The best there is.  It stays, also when a better one comes.
+  // The best tier now.  It stays valid after a better tier exists.
   const Kernels& serving() const;
   Tier tier() const;
   bool is_settled() const;
@@ -90,10 +90,10 @@ class Tiers {
   const pid_t process_ = getpid();  // whose thread makes the others
 };
 
-// Makes the other tiers in a thread of its own; when it goes, a compiler that still runs is ended.
+// Makes the other tiers in a thread of its own; the destructor ends a running compiler.
 class TierBuilder;
 
-// The builder is null where the tiers are settled from the start.
+// The builder is null if there is only one tier.
 std::pair<std::shared_ptr<Tiers>, std::shared_ptr<TierBuilder>> make_tiers(const Function& function,
                                                                            const CodegenOptions& options);
 

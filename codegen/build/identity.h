@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a compiler is, as it says itself, and what its headers are: two that differ in any of it do not share libraries.
+// The identity of a compiler: its own description, and its headers.  Compilers with different identities do not
+// share libraries.
 //
 //   Identity identity = identity_of("/usr/bin/cc", {"-std=c99", "-O1"}, memory);
 //
-// Asking takes tens of milliseconds, so the answer is remembered, in the process and in a folder.  It holds for as long as
-// nothing that it came from has changed: the program, what the program runs, the headers that it found, the folders in
-// which it looked for them, PATH and HOME, and the processor; that takes some thirty looks at the file system.  A script
-// may start another compiler every time: it is asked every time.
+// A query takes tens of milliseconds, so the answer is stored, in the process and in a folder.  The stored answer is
+// valid until one of its sources changes: the program, the programs that it runs, the headers that it found, the
+// folders in which it looked for headers, PATH and HOME, and the processor.  Checking these takes some thirty
+// accesses to the file system.  A script may start another compiler each time, so its identity is never stored.
 #pragma once
 
 #include <optional>
@@ -17,24 +18,24 @@
 namespace dyntape::codegen {
 
 struct Identity {
-  std::string version;  // a line for people
-  std::string text;  // version, features of the processor that the flags resolve to, checksum of the headers
+  std::string version;  // one line, for people
+  std::string text;     // version, features of the processor that the flags select, checksum of the headers
 };
 
-// What generated text includes, and nothing else.
+// The headers that generated text includes, all of them.
 const std::vector<std::string>& included_headers();
 
-// Throws Unavailable (files.h) if the program does not run, ToolError if it refuses the flags.  `memory`: a folder that
-// remembers between processes, or "".
+// Throws Unavailable (files.h) if the program does not run, ToolError if it refuses the flags.  `memory`: a folder
+// that stores identities between processes, or "".
 Identity identity_of(const std::string& path, const std::vector<std::string>& flags,
                      const std::string& memory);
 
-// What identity_of() answers without asking.
+// The stored answer of identity_of(), if there is one.
 std::optional<Identity> remembered_identity(const std::string& path, const std::vector<std::string>& flags,
                                             const std::string& memory);
 
-// Compilers that `memory` knows, of this processor and these flags, whatever has become of them: what they compiled runs as well
-// as ever where they are gone.
+// The compilers that `memory` has stored for this processor and these flags, also if they no longer exist: their
+// libraries still run.
 struct FormerCompiler {
   std::string path;
   Identity identity;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where the library of one function is found or made: its compiler, its place in the cache, its folder.
+// Finds or makes the library of one function: its compiler, its place in the cache, its folder.
 //
 //   std::optional<LibraryBuilder> builder = LibraryBuilder::open(function, options);   none: no compiler, interpret
 //   if (auto loaded = builder->find()) ...                                 a hit: nothing else is done
@@ -18,7 +18,7 @@
 
 namespace dyntape::codegen {
 
-// A compiled library that nobody knows of yet.
+// A compiled library that is not in the cache yet.
 struct Draft {
   std::unique_ptr<TemporaryFolder> folder;
   std::string name, text_hash;
@@ -31,23 +31,24 @@ struct Loaded {
 
 class LibraryBuilder {
  public:
-  // Without a compiler, one that only finds: what a compiler that is gone has left in the cache, if that is of this function.
-  // Says once on stderr why there is none; throws ToolError instead where the compiled route is asked for.
+  // Without a compiler, returns a builder that only finds libraries of earlier compilers in the cache, if there are
+  // such libraries of this function.  Otherwise prints the reason once on stderr; for Route::kCompiled throws
+  // ToolError.
   static std::optional<LibraryBuilder> open(const Function& function, const CodegenOptions& options);
 
-  // Whether open() answers at once: it need not ask a compiler what it is.
+  // Whether open() answers without running a compiler.
   static bool opens_at_once(const CodegenOptions& options);
 
-  // The same compiler at -O1 and without the cache, where the options ask for more; none: they do not.
+  // The same compiler at -O1 and without the cache, if the options ask for a higher level; otherwise none.
   std::optional<LibraryBuilder> quick() const;
 
   const std::string& content() const { return content_; }  // hash of the function
   const Compiler& compiler() const { return compiler_; }
 
-  // From the cache; none: it has to be made.  Unavailable: it is there, and the system does not load it.
+  // Loads the library from the cache; none: the cache has none.  Unavailable: the system does not load it.
   std::optional<Loaded> find() const;
-  // ToolError: the compiler fails.  The source is kept then.  Unavailable: neither the cache nor the folder for
-  // temporary files has room, or memory is short.
+  // ToolError: the compiler fails; the source is kept.  Unavailable: neither the cache nor the folder for temporary
+  // files has space, or memory is short.
   Draft compile(const Source& source) const;
   Loaded load(Draft draft) const;
 

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Repeated parts of a function (repeats.h) as one function that is called for each of them.
+// Makes one function of repeated parts of a function (repeats.h), called once for each part.
 //
-//   Function shorter = outlined(function);      four legs: a leg, four calls of it, and what holds them together
+//   Function shorter = outlined(function);      four legs: a function of a leg, four calls, and the rest
 //
-// Large kernels are limited by instruction fetch, and a part that is there once stays in the cache.  What
-// differs from part to part, the inputs and some constants, becomes an argument.  No operation is added, left out
-// or changed: results have the same bits.
+// Large kernels are limited by instruction fetch; a part that exists once stays in the cache.  The differences
+// between the parts, inputs and some constants, become arguments.  No operation is added, removed or changed:
+// results have the same bits.
 //
-// The function comes back as it is where this would not pay: short ones, and those with few repeated statements.
+// Returns the function unchanged if outlining does not pay: short functions, and functions with few repeated
+// statements.
 #pragma once
 
 #include <dyntape/autodiff/graph/function.h>

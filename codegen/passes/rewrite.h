@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Copies a function node by node, with other nodes in the place of some.
+// Copies a function node by node and replaces some nodes.
 //
 //   class Halves : public Rewriter {                                x / 2 -> 0.5 x
 //     using Rewriter::Rewriter;
@@ -11,9 +11,9 @@
 //   };
 //   Function halved = Halves(function, pinned_outputs).run();
 //
-// Pinned nodes are copied as they are: those that the first outputs and the guards are made of, and those that roots,
-// logarithms and the like are made of, which are NaN beyond an end of their range.  sqrt(x x - y y) is 0 at x = y
-// because equal numbers are subtracted; one rounding less, and it is the root of a negative number.
+// Pinned nodes are copied unchanged: the nodes that the first outputs and the guards depend on, and the arguments of
+// roots, logarithms and other operators that are NaN beyond an end of their range.  Example: sqrt(x x - y y) is 0 at
+// x = y because equal numbers are subtracted; with one rounding less, it is the root of a negative number.
 #pragma once
 
 #include <map>
@@ -33,10 +33,10 @@ class Rewriter {
   Function run();
 
  protected:
-  // The node of target_ that has the value of the node `id`, which is not pinned; kNoNode: itself.
+  // The node of target_ that replaces node `id`, which is not pinned; kNoNode: a copy of the node.
   virtual NodeId instead_of(NodeId id, const Node& node) = 0;
 
-  // The callee that is called instead; itself by default.
+  // The callee that replaces this callee; by default the same.
   virtual std::shared_ptr<const Callee> callee_instead_of(const std::shared_ptr<const Callee>& callee) {
     return callee;
   }

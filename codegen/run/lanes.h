@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Points that lie one after the other, through a kernel of several lanes: block by block into lanes, through
-// the kernel, and back.
+// Evaluates consecutive points by a kernel of several lanes: transposes a block into lanes, runs the kernel,
+// transposes the results back.
 //
 //   AlignedRoom room;
 //   room.resize(room_for_lanes(kernel, sizes));
 //   run_in_lanes(kernel, sizes, points, room.data());
 //
-// W x W entries at a time are transposed in registers.  The last block repeats the last point in its unused
-// lanes, and writes nothing of them.  Inputs of stride 0, shared by all points, are put into lanes once.
+// W x W entries at a time are transposed in registers.  In the last block, unused lanes repeat the last point; their
+// results are not written.  Inputs of stride 0, which all points share, are put into lanes once.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@
 
 namespace dyntape::codegen {
 
-// Doubles at an address that any vector may have.
+// Doubles at an address with the alignment of every vector.
 class AlignedRoom {
  public:
   void resize(std::size_t doubles) { lines_.resize((doubles + 7) / 8); }
@@ -32,7 +32,7 @@ class AlignedRoom {
   std::vector<Line> lines_;
 };
 
-// Doubles that run_in_lanes needs; sizes: those of one point in each array.
+// The number of doubles that run_in_lanes needs; sizes: those of one point in each array.
 std::size_t room_for_lanes(const dyntape_kernel& kernel, const Strides& sizes);
 
 // The points have strides.

@@ -6,13 +6,12 @@
 //   auto library = Library::load(entry.image, entry.library(), content_hash);    bytes that were checked
 //   library->descriptor().kernels[0].run(...)
 //
-// What is loaded is a copy in memory of the bytes that were read: nothing can come between a check and the loading, a
-// file that is changed later changes nothing that is loaded, each loading is one of its own, and neither the name of
-// the folder nor a disk that programs may not be run from matters.  Where the system has no such files (/proc is
-// missing, or a policy forbids them) the file itself is loaded.
+// Loads a copy, in memory, of the bytes that were read.  Therefore no change can occur between a check and the load;
+// later changes of the file have no effect; every load is separate; the folder's name and mount options (noexec) do
+// not matter.  If the system has no files in memory (/proc is missing, or a policy forbids them), loads the file.
 //
-// It stays loaded while anybody holds it.  Loading leaves the floating-point state of the process as it is;
-// a library that changes it (one linked with -ffast-math does) is refused.
+// The library stays loaded while an object refers to it.  Loading does not change the floating-point state of the
+// process; a library that changes the state (for example linked with -ffast-math) is refused.
 #pragma once
 
 #include <memory>
@@ -25,10 +24,10 @@ namespace dyntape::codegen {
 
 class Library {
  public:
-  // Throws Unavailable if the system does not load the file, ToolError if it is of another interface or describes another
-  // function.
+  // Unavailable: the system does not load the file.  ToolError: the library has another interface, or describes
+  // another function.
   static std::shared_ptr<const Library> load(const std::string& path, const std::string& content_hash);
-  // `path` is where the bytes were read.
+  // `path`: the file from which the bytes were read.
   static std::shared_ptr<const Library> load(const std::string& image, const std::string& path,
                                              const std::string& content_hash);
   ~Library();

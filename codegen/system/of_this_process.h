@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the threads of one process share, locks above all.
+// Objects that the threads of one process share, mainly locks.
 //
 //   struct Known { std::mutex mutex; std::set<std::string> said; };
 //   of_this_process<Known>().mutex
 //
-// A forked child has none of its parent's threads, and their locks as they happened to be: it leaves what they shared
-// where it is, and begins anew.  Nothing is ever destroyed: static objects may still need it.
+// A forked child does not have its parent's threads, and a lock may be held at the fork.  Therefore the child does
+// not touch the parent's objects and makes new ones.  Objects are never destroyed, because static objects may still
+// use them.
 #pragma once
 
 #include <pthread.h>
@@ -16,7 +17,7 @@
 
 namespace dyntape::codegen {
 
-// One T for each type, made when it is first needed.
+// One T for each type, made at its first use.
 template <class T>
 T& of_this_process() {
   static std::atomic<T*> current = nullptr;

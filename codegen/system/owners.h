@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Whether somebody else could put a file of theirs in the place of one that we are going to run.
+// Checks whether another user could replace a file that this process will run.
 //
 //   if (std::string reason = exchangeable("/home/me/.cache"); !reason.empty()) ...   "/home may be written by others"
 //
-// Who owns a folder, or may write it, can rename what is in it.  So every folder on the way to our files belongs to
-// root (or to whoever owns /, where a user namespace does not map root) or to this user; and where others may write, as in /tmp, it has the sticky bit, which keeps their hands off what
-// is ours.
+// The owner of a folder, and users who may write it, can rename its contents.  Therefore every folder on the path
+// must belong to this user or to root (or to the owner of /, if a user namespace does not map root).  A folder that
+// others may write, as /tmp, must have the sticky bit, which prevents others from renaming our files.
 #pragma once
 
 #include <string>
 
 namespace dyntape::codegen {
 
-// Why what lies in the folder could be exchanged by others, "" if only root and this user can: the folder and all above it
-// are looked at, from the root, each opened in the one before.  The path is absolute and free of links.
+// Why other users could replace the contents of a folder; "" if only root and this user can.  Checks the folder and
+// all folders above, from the root, each opened in the previous one.  The path must be absolute and without links.
 std::string exchangeable(const std::string& folder);
 
-// Why an open file or folder is not this user's alone, "" if it is: owned by another, or others may write it.
-// `path` is for the sentence.
+// Why an open file or folder is not this user's alone: another owner, or others may write it; "" if it is.  `path`
+// is for the message.
 std::string shared_with_others(int file, const std::string& path);
 
 }  // namespace dyntape::codegen

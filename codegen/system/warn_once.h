@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a user should know and need not be stopped for: one line on stderr, once in a process.
+// Prints a warning on stderr, one line, once in a process.  Use it for facts that need not stop the user.
 //
 //   warn_once("no compiler is found; derivatives are not compiled");     dyntape: no compiler is found; ...
 #pragma once

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What each problem of a batch is loaded with: its start, parameters and first guess, or its solution.
+// Loads the problems of a batch: start, parameters and first guess, or solution.
 //
 //   BatchCases cases(problem, options, values);            // throws what DdpBatch::solve() throws
-//   cases.load(work, slot, i);                             // from its guess
+//   cases.load(work, slot, i);                             // from its first guess
 //   cases.load_solution(work, slot, i, solutions[i]);
 //
-// A copy has room of its own to load from.
+// A copy has its own memory.
 #pragma once
 
 #include <string>
@@ -20,13 +20,13 @@ namespace dyntape {
 
 class BatchCases {
  public:
-  // Both, and the options, outlive it.
+  // Problem, options and values must outlive the object.
   BatchCases(const Problem& problem, const DdpOptions& options, const DdpBatchValues& values);
 
   std::size_t count() const { return std::size_t(count_); }
-  Problem problem(std::size_t i) const;  // with the values of the i-th
+  Problem problem(std::size_t i) const;  // with the values of problem i
   void load(LaneWork& work, int slot, std::size_t i);
-  // Of the problem whose states have offsets of parameters behind them, all zero (solve/ddp_sensitivities.h).
+  // For the problem whose states are followed by offsets of parameters, all zero (solve/ddp_sensitivities.h).
   void load_solution(LaneWork& work, int slot, std::size_t i, const DdpSolution& solution);
 
  private:

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The controls of one stage of many problems at once: least of 1/2 u.H u + g.u, within limits where there are some.
+// Minimises 1/2 u.H u + g.u over the controls of one stage, within limits if there are any, for many problems in
+// lanes.
 //
 //   LaneControls<8> controls(m);
-//   Mask<8> good = controls.minimise(H, g, nullptr, nullptr, wanted);  // where H is positive definite: controls.u()
-//   good = controls.minimise(H, g, lower, upper, wanted);              // projected Newton steps (riccati.h), each problem its own
-//   controls.solve(b);                                             // H^-1 b among what is at no limit, zero elsewhere
+//   Mask<8> good = controls.minimise(H, g, nullptr, nullptr, wanted);  // true if H is positive definite
+//   good = controls.minimise(H, g, lower, upper, wanted);              // projected Newton steps (riccati.h)
+//   controls.u();                                                      // the minimum, where the mask is true
+//   controls.solve(b);                                                 // H^-1 b for controls at no limit, else zero
 //
 // H (m x m), symmetric; g, lower, upper, b (m).
 #pragma once
@@ -31,7 +33,8 @@ class LaneControls {
 
   const P* u() const { return u_.data(); }
 
-  // Of H among what is at no limit: the least pivot of its factorisation, infinite where all is, and the largest diagonal entry.
+  // The factorisation of H for the controls at no limit: least pivot (infinite if all are at limits), largest
+  // diagonal entry.
   P least_pivot() const {
     P least(HUGE_VAL);
     for (int i = 0; i < m_; ++i)
@@ -71,7 +74,7 @@ class LaneControls {
   }
 
  private:
-  // Of the rows and columns that are chosen, the unit matrix elsewhere; where it is positive definite.
+  // Factorises the chosen rows and columns, with the unit matrix elsewhere; true where this is positive definite.
   M factor(const P* H, const std::vector<M>& chosen) {
     M good(true);
     for (int i = 0; i < m_; ++i) {
@@ -107,7 +110,8 @@ class LaneControls {
     return sum;
   }
 
-  // What may move at all; where H is not positive definite among these, only what is not pressed against a limit.
+  // The controls that may move; if H is not positive definite on these, only those that are not pressed against a
+  // limit.
   M open_up(const P* H, const P* g, const P* lower, const P* upper) {
     for (int i = 0; i < m_; ++i) open_[i] = lower[i] < upper[i];
     M good = factor(H, open_);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What differential dynamic programming keeps of many problems of one structure, more than there are lanes: each in a slot of its own,
-// stage after stage, and of a stage entry after entry.  Work is done in lanes, of whichever slots ask for it.
+// The data of differential dynamic programming for many problems of one structure, more problems than lanes.  Each
+// problem has a slot; a slot stores stage after stage, a stage entry after entry.  Work runs in lanes on any set of
+// slots.
 //
 //   LaneArrays<8> a(setup, 24);
 //   a.at(a.z, slot, k)[i]                                    // state or control i of node k
-//   LanePlaces<8> places = a.places({3, 17});                // of each lane a slot and a stage
+//   LanePlaces<8> places = a.places({3, 17});                // slot and stage of each lane
 //   a.go_to(places, k), a.gather(a.z, places, packs);        // packs[i]: entry i of all lanes
-//   a.scatter(packs, places, a.z);                           // back, of the lanes that are used
+//   a.scatter(packs, places, a.z);                           // writes the lanes in use back
 //   for (const NonZero& at : a.columns[j]) J[at.number];     // d x'[at.at] / d z[j] of a step
 #pragma once
 
@@ -31,18 +32,18 @@ using NonZeros = std::vector<std::vector<NonZero>>;
 
 inline namespace DYNTAPE_VECTORS {
 
-// Numbers that each slot has once, or at every stage: where they begin in what a slot keeps, or keeps of a stage.
+// Numbers that a slot has once, or at every stage: their offset in the slot's data, or in the stage's data.
 struct SlotNumbers {
   int first = 0, size = 0;
   bool is_of_stages = true;
 };
 
-// Where each lane works.  Lanes that are not used stand at places that others have, and keep nothing.
+// The places where the lanes work.  Unused lanes read the place of another lane and store nothing.
 template <int W>
 struct LanePlaces {
   int slot[W] = {}, stage[W] = {};
   bool is_used[W] = {};
-  double *of_slot[W] = {}, *of_stage[W] = {};  // what is kept there
+  double *of_slot[W] = {}, *of_stage[W] = {};  // the data there
 
   Mask<W> used() const {
     Pack<double, W> ones(0);
@@ -51,7 +52,8 @@ struct LanePlaces {
   }
 };
 
-// W packs, each of W lanes: entry i of pack l becomes entry l of pack i.  Blocks off the diagonal change places, of ever half the size.
+// Transposes W packs of W lanes: entry i of pack l becomes entry l of pack i, by exchanges of off-diagonal blocks of
+// half the size in each round.
 template <int W>
 class Transposed {
  public:
@@ -141,7 +143,7 @@ struct LaneArrays {
     }
   }
 
-  // Blocks of W entries of W lanes at a time, where a register has room for W.
+  // W entries of W lanes at a time, if a register has W lanes.
   void gather(const SlotNumbers& what, const LanePlaces<W>& places, P* to) const {
     double* const* const from = what.is_of_stages ? places.of_stage : places.of_slot;
     for (int first = 0; first < what.size; first += W) {
@@ -185,7 +187,7 @@ struct LaneArrays {
 
   static Packs room(int count) { return Packs(std::size_t(count), P(0)); }
 
-  // to += 2 R^T R s of the residuals of a step.
+  // to += 2 R^T R s, of the residuals of a step.
   void add_curvature(const P* J_of_step, const Packs& s, Packs& to) const {
     for (const auto& residual : residuals) {
       P sum(0);
@@ -213,7 +215,7 @@ struct LaneArrays {
   SlotNumbers S, before_z;                                  // of secants (lane_secants.h)
 
  private:
-  // Each begins where a register may load it.
+  // Each begins at an address that a register can load.
   static int padded(int size) { return (size + W - 1) / W * W; }
   SlotNumbers once(int size) {
     const int first = of_all_;
@@ -245,7 +247,7 @@ struct LaneArrays {
   Packs numbers_;                  // slot after slot: what it has once, then stage after stage
 };
 
-// What work at a whole motion has in lanes: step after step, as functions take it.
+// The data in lanes for work on a whole motion: step after step, in the order of the functions' arguments.
 template <int W>
 struct LaneMotion {
   using Packs = std::vector<Pack<double, W>>;

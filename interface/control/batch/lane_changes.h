@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How the motions of all lanes change with their states at the start, by their policies (solve/ddp_sensitivities.h):
+// Derivatives of the motions of all lanes by their initial states, with their policies (solve/ddp_sensitivities.h):
 //
 //   LaneChanges<8> changes(arrays);
-//   changes.find(places);                    // of slots that were linearised, and came back to the start
+//   changes.find(places);                    // slots that are linearised and whose recursion has reached the start
 //   changes.x()[(k n + i) n + j]             // d x_k[i] / d x_0[j];  changes.u()[(k m + i) n + j] likewise
 //   changes.is_weak(lane)                    // whether a control is weakly held
 //
@@ -55,7 +55,7 @@ class LaneChanges {
   }
 
  private:
-  // Sizes that force and distance are measured by.
+  // Scales for forces and distances.
   void begin_weak(const LanePlaces<W>& places) {
     sizes_ = a_.room(a_.m), weak_ = P(0);
     for (int l = 0; l < W; ++l) {

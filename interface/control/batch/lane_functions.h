@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A compiled function of W problems side by side, whatever lanes its kernels have.
+// Evaluates a compiled function for W problems in lanes, for any number of lanes of its kernels.
 //
 //   LaneFunction<8> f(compiled);
 //   f.run(Order::kFirst, 100, {.x = x, .p = p, .y = y, .jacobian = J}, status);     // 100 blocks of W points in lanes
 //
-// Entry i of lane l of block b of an array of n entries a point: [(b n + i) W + l].  `status`: a word a lane, 0, or not where one
-// of its points leaves a recorded branch.
+// Layout: entry i of lane l of block b, of an array with n entries per point, is at [(b n + i) W + l].  `status`: a
+// word for each lane; not 0 if one of the lane's points leaves a recorded branch.
 #pragma once
 
 #include <algorithm>
@@ -46,7 +46,7 @@ class LaneFunction {
   }
 
  private:
-  // Point by point in memory, which the function may put in lanes again.
+  // Copies point by point; the function may put the points in lanes again.
   void run_block(Order order, std::size_t b, const Points& all, std::uint32_t* left) {
     const auto in = [&](const double* from, std::size_t n, int room) -> const double* {
       if (!from) return nullptr;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Riccati's recursion in lanes, from the end to the start (riccati/riccati.h), each with its own shift and at its own stage.
+// Riccati's recursion in lanes, from end to start (riccati/riccati.h); each lane has its own shift and stage.
 //
 //   LaneRecursion<8> recursion(arrays, step);
-//   over = recursion.backward(slots);   // policies and slopes of those where all stages have a minimum; DdpState says of which
-//   recursion.predict(slots);           // what their steps promise
+//   over = recursion.backward(slots);   // policies and slopes of slots with a minimum at all stages (DdpState)
+//   recursion.predict(slots);           // the predicted changes of cost
 //
-// The curvature of a stage: second derivatives by the slope of the cost to go, or those of the residuals with the secants.
+// The curvature of a stage: second derivatives weighted by the slope of the cost to go, or those of the residuals
+// plus secants.
 #pragma once
 
 #include <cmath>
@@ -42,8 +43,9 @@ class LaneRecursion {
     PF_ = a_.room(n * z), Q_ = a_.room(z * z), Q_uu_ = a_.room(m * m), gain_ = of_Q_ = a_.room(m * n);
   }
 
-  // Each slot goes on from its own stage, first of all from the end, as soon as there is a lane for it, until one of them or more are
-  // over: at the start, or where there is no minimum.  Which.  Those that are on their way are among those that are wanted.
+  // Each slot continues from its own stage, at first from the end, when a lane is free.  Returns when one or more
+  // slots are over (at the start, or at a stage without minimum), with these slots.  Slots already on their way are
+  // among the wanted.
   std::vector<int> backward(const std::vector<int>& wanted) {
     std::vector<int> over;
     begin(wanted);
@@ -63,11 +65,11 @@ class LaneRecursion {
     return over;
   }
 
-  // Whether the cost of a slot that is over hardly changes along some controls that are at no limit: its minimum is not strict.
+  // Whether the minimum of a finished slot is not strict: the cost hardly changes along some controls at no limit.
   bool is_flat(int slot) const { return is_flat_[std::size_t(slot)]; }
 
-  // What the whole step changes the cost by, to first order and by its curvature, and its largest entry: of slots that came to the
-  // start.
+  // For slots that reached the start: the first-order change of the cost by the whole step, its change by curvature,
+  // and the step's largest entry.
   void predict(const std::vector<int>& slots) {
     LanePlaces<W> places = a_.places(slots);
     P linear(0), curved(0), size(0);
@@ -111,7 +113,7 @@ class LaneRecursion {
   }
 
  private:
-  // Slots that are not on their way take lanes that are left.
+  // Gives free lanes to slots that are not on their way.
   void begin(const std::vector<int>& wanted) {
     LanePlaces<W> fresh = places_;
     std::fill(fresh.is_used, fresh.is_used + W, false);
@@ -135,7 +137,7 @@ class LaneRecursion {
     return false;
   }
 
-  // Where there is a minimum.
+  // For stages with a minimum.
   M pass_stage(const M& running) {
     a_.gather(a_.J, places_, J_.data());
     if (a_.is_limited || a_.setup.is_exact) a_.gather(a_.z, places_, z_.data());
@@ -180,7 +182,7 @@ class LaneRecursion {
     a_.go_to(ends, a_.N), a_.scatter(p_to_go_.data(), ends, a_.slope);
   }
 
-  // The curvature of a stage, by the slope of the cost to go.
+  // The curvature of a stage, weighted by the slope of the cost to go.
   void curve() {
     std::copy(m_of_.begin(), m_of_.end(), weights_.begin());
     weights_[std::size_t(a_.n)] = P(1);
@@ -195,7 +197,7 @@ class LaneRecursion {
     a_.scatter(H_.data(), places_, a_.H);
   }
 
-  // Q = H + F^T P F, q = g + F^T m, the lower triangle; then the best controls; where there are.
+  // Q = H + F^T P F, q = g + F^T m, the lower triangle; then the best controls, where they exist.
   M stage(const M& with_secants, const M& running) {
     const P* const J = J_.data();
     add_own_curvature(with_secants);
@@ -264,7 +266,7 @@ class LaneRecursion {
     return controls_.minimise(Q_uu_.data(), &q_[std::size_t(a_.n)], lower_.data(), upper_.data(), running);
   }
 
-  // K, and the cost to go of the policy as it is: P = Q_xx + K^T Q_ux + Q_xu K + K^T Q_uu K.
+  // K, and the cost to go of this policy: P = Q_xx + K^T Q_ux + Q_xu K + K^T Q_uu K.
   void close_stage(const LanePlaces<W>& sound) {
     const P* const u = controls_.u();
     P *const K = gain_.data(), *const of_q = of_q_.data(), *const of_Q = of_Q_.data();
@@ -334,7 +336,7 @@ class LaneRecursion {
   LaneArrays<W>& a_;
   LaneFunction<W>& step_;
   LaneControls<W> controls_;
-  LanePlaces<W> places_;       // of those that are on their way
+  LanePlaces<W> places_;       // of the slots on their way
   std::vector<bool> is_flat_;  // (slots)
   P shift_ = P(0), with_ = P(0), least_pivot_ = P(HUGE_VAL), largest_curvature_ = P(0);
   // Of one stage.

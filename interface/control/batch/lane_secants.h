@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What Gauss-Newton's Hessian lacks, as solve/stage_secants.h learns it, of all lanes.
+// The part of the Hessian that Gauss-Newton omits, learned as in solve/stage_secants.h, for all lanes.
 //
 //   LaneSecants<8> secants(arrays);
-//   secants.learn(places, now);         // after they were linearised; DdpState::help says whether they help
+//   secants.learn(places, now);         // after their linearisation; DdpState::help says whether the secants help
 //   arrays.gather(arrays.S, places, S); // the lower triangle of (n_z x n_z) packs, by rows
 #pragma once
 
@@ -29,7 +29,8 @@ class LaneSecants {
     size_ = inverse_size_ = s_ = r_ = change_ = a_.room(z);
   }
 
-  // As StageSecants::learn(), of slots that were linearised so; what they have kept is from before.
+  // Like StageSecants::learn(), for slots that are linearised; their stored values are those of the previous
+  // linearisation.
   void learn(LanePlaces<W>& places, const LaneMotion<W>& now) {
     constexpr double kFarOff = 0.2;
     P is_first(0);
@@ -86,7 +87,7 @@ class LaneSecants {
     }
     a_.add_curvature(J, s_, r_);
     known += a_.dot(s_, r_);
-    // What H misses, what H + S misses.
+    // The errors of H and of H + S.
     for (P& x : r_) x = -x;
     std::swap(change_, r_);
     add_slope(J, adjoint, P(1), change_), add_slope(J_before, adjoint, P(-1), change_);
@@ -122,7 +123,7 @@ class LaneSecants {
     }
   }
 
-  // |g| + (|A| + |B|) |adjoint|: what a change of slope is rounded by, but for a factor.
+  // |g| + (|A| + |B|) |adjoint|: the scale of the rounding error in a change of slope.
   P size_of_slopes(const P* J, const P* adjoint) const {
     P of_g(0), of_A(0), of_B(0), of_adjoint(0);
     for (const NonZero& at : a_.gradient) of_g += J[at.number] * J[at.number];

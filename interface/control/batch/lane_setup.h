@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the problems of a batch have in common:
+// The data that all problems of a batch share:
 //
 //   LaneSetup setup{step, end, 100, 4, 1, lower, upper, true, false};
 #pragma once
@@ -11,13 +11,13 @@
 
 namespace dyntape {
 
-// The functions of record_shooting(), and what all problems have in common.
+// The functions of record_shooting(), and the data that all problems share.
 struct LaneSetup {
   CompiledFunction step, end;
   int intervals, n_x, n_u;
   Eigen::VectorXd lower, upper;  // (n_u) limits of the controls
-  bool is_exact;                 // second derivatives, else Gauss-Newton with secants
-  bool has_gaps;                 // a motion's nodes need not be ends of its steps
+  bool is_exact;                 // second derivatives; otherwise Gauss-Newton with secants
+  bool has_gaps;                 // the nodes of a motion need not be the ends of its steps
 };
 
 }  // namespace dyntape

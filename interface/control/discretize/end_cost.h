@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The cost of the end of a motion, y = f(x, p) alone, with its gradient and Hessian by x as dense matrices.
+// The cost at the end of a motion, y = f(x, p), with its gradient and Hessian by x as dense matrices.
 //
 //   EndCost end(compiled);
 //   end.expand(x, p, g, H);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A motion between the points of its mesh.
+// Interpolates a motion between the points of its mesh.
 //
 //   const MotionBetween between(problem, motion);
 //   const Stage<double> s = between.at(3, 0.25);             // a quarter of the way from point 3 to point 4
@@ -12,8 +12,8 @@
 
 namespace dyntape {
 
-// States follow the cubics that have the motion's states and rates at neighbouring points; accelerations and controls follow
-// the scheme's polynomials.  Keeps references: problem and motion have to outlive it.
+// States are the cubics through the motion's states and rates at neighbouring points; accelerations and controls are
+// the scheme's polynomials.  Stores references: problem and motion must outlive the object.
 class MotionBetween {
  public:
   MotionBetween(const Problem& problem, const Trajectory& motion);
@@ -25,10 +25,10 @@ class MotionBetween {
   const Problem& problem_;
   const Trajectory& motion_;
   Eigen::MatrixXd rates_;                 // (n_x x points)
-  std::vector<Eigen::MatrixXd> at_ends_;  // of each interval (n_x x 2); empty where the scheme uses both ends
+  std::vector<Eigen::MatrixXd> at_ends_;  // of each interval (n_x x 2); empty if the scheme uses both ends
 };
 
-// Node times with every interval halved.
+// The node times, and the middle of every interval.
 std::vector<double> halved(const Trajectory& motion);
 
 // The motion at other times within its own.
@@ -37,7 +37,7 @@ Trajectory resampled(const Problem& problem, const Trajectory& motion, const std
 // x' (n_x x points) at every point of a motion.
 Eigen::MatrixXd rates_of(const Problem& problem, Trajectory motion);
 
-// The cubic with these values and derivatives at both ends of a length h, at a fraction of it.
+// The value at a fraction of length h of the cubic with these values and derivatives at both ends.
 Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                       const Eigen::VectorXd& slope_from, const Eigen::VectorXd& slope_to, double h,
                       double fraction);

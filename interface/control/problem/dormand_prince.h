@@ -7,8 +7,8 @@
 //   k_i = f(t + c_i h, x + h sum_j a_ij k_j),    x(t + h) = x + h sum_i b_i k_i
 //   error   h |e5|^2 / sqrt(|e5|^2 + |e3|^2 / 100),    e5 = sum_i e5_i k_i,  e3 = sum_i e3_i k_i
 //
-// Both estimates see a right-hand side that depends on time alone, which that of Fehlberg's pair 7(8) does not:
-// it compares the rate at the two ends of a step with itself.
+// Both estimates detect errors of a right-hand side that depends on time alone.  Fehlberg's pair 7(8) does not: it
+// compares the rate at the two ends of a step with itself.
 #pragma once
 
 #include <array>
@@ -86,7 +86,7 @@ constexpr Row e5 = {0.1312004499419488073250102996e-1,
                     0.8192320648511571246570742613e-1,
                     -0.2235530786388629525884427845e-1};
 
-// b less the weights of a rule of order 3 at the stages 1, 9 and 12.
+// b minus the weights of a rule of order 3 at the stages 1, 9 and 12.
 constexpr Row e3 = [] {
   Row e = b;
   e[0] -= 0.244094488188976377952755905512;

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A problem of free duration as one over a fixed time: its duration T is one more state, the last, and constant.
+// Converts a problem of free duration to a problem over fixed time: the duration T is an additional last state,
+// constant.
 //
-//   Problem q = scaled_time(p);                // p.free_duration(0.5, 4) was said; q.duration is 1
+//   Problem q = scaled_time(p);                // p has p.free_duration(0.5, 4); q.duration is 1
 //   t = T tau,  tau in [0, 1]                  dx/dtau = T f(t, x, a, u),   dT/dtau = 0
 //   running costs                              T L;   of squares r:  sqrt(T) r
-//   other terms, the residual                  as they are, at the real time t
-//   the state "duration"                       within the range at every point, T of the first guess at first
+//   other terms, the residual                  unchanged, at the real time t
+//   the state "duration"                       within the range at every point; first guess: T of the first guess
 //
-// Here and nowhere else is it known how time is scaled; a staged program is that of q and its motions are of p, in real time.
-// A problem of given duration comes back as it is.
+// No other code scales time.  A staged program is that of q; its motions are those of p, in real time.  A problem of
+// given duration is returned unchanged.
 #pragma once
 
 #include <dyntape/interface/control/problem/problem.h>
