@@ -40,7 +40,7 @@ struct PointRange {
 
 class Interpreter {
  public:
-  explicit Interpreter(Function function, Functions functions = Functions::kLibm);
+  explicit Interpreter(Function function, Functions functions = kDefaultFunctions);
 
   // Room for one evaluation at a time: of one point, or of several side by side if `points` is more than 1.
   class Workspace {

@@ -28,7 +28,7 @@ struct KernelSets {
   Profile profile = Profile::kStrict;
   std::vector<KernelPlan> kernels;     // by order, from kValue
   std::size_t piece_statements = 250;  // of the functions that are called
-  Functions functions = Functions::kLibm;
+  Functions functions = kDefaultFunctions;
 };
 
 struct Source {

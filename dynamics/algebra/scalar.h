@@ -6,8 +6,8 @@
 //   template <class T> T relu(const T& x) { return select(x > T(0), x, T(0)); }     // no `if` on a T
 //
 // Every algorithm is one template on the scalar T: double, float, a 113-bit float, a recording scalar, a pack
-// of lanes.  Mathematical functions are called unqualified: the declarations below serve the built-in floats,
-// every other scalar answers by argument-dependent lookup.  A decision on a value of type T is `select`,
+// of lanes.  Mathematical functions are called unqualified: the declarations below serve the built-in floats, with sines
+// of dyntape's own (own_sines.h), every other scalar answers by argument-dependent lookup.  A decision on a value of type T is `select`,
 // never `if`, so that a recording holds both sides; a decision on the structure of a robot is an `if` on
 // plain data.
 #pragma once
@@ -17,6 +17,7 @@
 #include <limits>
 #include <type_traits>
 
+#include <dyntape/autodiff/own_sines.h>
 #include <dyntape/dynamics/algebra/vec3.h>
 
 // Compiles a function template of dynamics/ for T; one that is overloaded is written out (instantiate.h).
@@ -29,15 +30,16 @@
 
 namespace dyntape::dynamics {
 
+using own::cos;
+using own::sin;
+using own::sincos;
 using std::abs;
 using std::acos;
 using std::asin;
 using std::atan;
 using std::atan2;
-using std::cos;
 using std::exp;
 using std::log;
-using std::sin;
 using std::sqrt;
 using std::tan;
 using std::tanh;
