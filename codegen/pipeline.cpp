@@ -3,6 +3,8 @@
 
 #include <unistd.h>
 
+#include <utility>
+
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/options/flags.h>
@@ -10,6 +12,19 @@
 #include <dyntape/codegen/system/files.h>
 
 namespace dyntape {
+namespace {
+
+// For another target, which may have to do without fma, and where no call takes several values: nothing is brought together.
+codegen::KernelSets planned_alone(codegen::Product& product, CodegenOptions options) {
+  const Functions functions = std::exchange(options.functions, Functions::kLibm);
+  auto derived = codegen::derive(product, options, false);
+  codegen::KernelSets sets =
+      codegen::plan(product, std::move(derived), content_hash(product.function), options, false);
+  sets.functions = functions;
+  return sets;
+}
+
+}  // namespace
 
 codegen::Source generate_source(const Function& recorded, const CodegenOptions& options) {
   codegen::Product product = codegen::begin(recorded);
@@ -19,18 +34,13 @@ codegen::Source generate_source(const Function& recorded, const CodegenOptions& 
 codegen::EmbeddedSource generate_embedded(const Function& recorded, const CodegenOptions& options,
                                           const codegen::EmbeddedOptions& how) {
   codegen::Product product = codegen::begin(recorded);
-  // The target is another one, and may have to do without fma.
-  auto derived = codegen::derive(product, options, false);
-  return codegen::print_embedded(
-      codegen::plan(product, std::move(derived), content_hash(product.function), options, false), how);
+  return codegen::print_embedded(planned_alone(product, options), how);
 }
 
 codegen::Source generate_casadi(const Function& recorded, const codegen::CasadiBlocks& blocks,
                                 const CodegenOptions& options) {
   codegen::Product product = codegen::begin(recorded);
-  auto derived = codegen::derive(product, options, false);
-  return codegen::print_casadi(
-      codegen::plan(product, std::move(derived), content_hash(product.function), options, false), blocks);
+  return codegen::print_casadi(planned_alone(product, options), blocks);
 }
 
 void compile_casadi(const codegen::Source& source, const std::string& library,

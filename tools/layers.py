@@ -108,7 +108,8 @@ ROOMS['interface/python'] = [room for room in ROOMS if room != 'tests']  # bindi
 ROOMS['interface/python/bridges'] = ROOMS['interface/python']  # other tools, in their terms
 ROOMS['interface/python/robots'] = ROOMS['interface/python']  # methods of a robot
 ROOMS['interface/python/problems'] = ROOMS['interface/python']  # parts of a problem
-LEAVES = {'autodiff/error.h', 'autodiff/suggest.h', 'autodiff/text_file.h', 'autodiff/processor.h', 'autodiff/eigen_layout.h', 'autodiff/factorisations.h'}
+LEAVES = {'autodiff/error.h', 'autodiff/suggest.h', 'autodiff/text_file.h', 'autodiff/processor.h', 'autodiff/eigen_layout.h', 'autodiff/factorisations.h',
+          'autodiff/own_sines.h', 'autodiff/scalars/sines.h'}
 TABLE_READERS = {'autodiff/graph/op.h', 'autodiff/derive/expr.h', 'autodiff/record/scalar.h', 'autodiff/scalars/jet.h',
                  'autodiff/record/record.cpp', 'autodiff/evaluate/interpret_lanes.cpp', 'autodiff/scalars/portable.h',
                  'autodiff/scalars/pack.h', 'autodiff/scalars/pack_functions.cpp', 'interface/python/recorded_values.cpp', 'autodiff/evaluate/series.h', 'interface/cppad/ad.h', 'interface/cppad/recorded.cpp'}

@@ -42,7 +42,7 @@ struct PointRange {
 
 class Interpreter {
  public:
-  explicit Interpreter(Function function, Functions functions = Functions::kLibm);
+  explicit Interpreter(Function function, Functions functions = kDefaultFunctions);
 
   // The buffers of one evaluation at a time.  If `points` is more than 1, several points are evaluated in SIMD lanes.
   class Workspace {

@@ -18,18 +18,20 @@ double* lanes_at(double* values, Word slot) {
 
 // A run of one operation.  Arguments are read before the result is written: it may have the slot of one.
 template <Op op, int N>
-const Word* compute(bool is_portable, const Word* code, Word count, double* values) {
+const Word* compute(Functions functions, const Word* code, Word count, double* values) {
   constexpr int arity = info(op).arity;
   for (; count > 0; --count, code += arity + 1) {
     const double* const a = lanes_at<N>(values, code[1]);
     const double* const b = arity > 1 ? lanes_at<N>(values, code[2]) : a;
     const double* const c = arity > 2 ? lanes_at<N>(values, code[3]) : a;
     double result[N];
-    if (has_portable_form(op) && is_portable) {
+    if (N == 1 && is_turn(op) && is_portable(op, functions)) {
+      result[0] = evaluate<op, double>(a[0], b[0], c[0]);
+    } else if (is_portable(op, functions)) {
       portable_values(op, a, b, result, N);
     } else {
 #pragma GCC unroll 1  // not before it is vectorised
-      for (int l = 0; l < N; ++l) result[l] = evaluate<op, double>(a[l], b[l], c[l]);
+      for (int l = 0; l < N; ++l) result[l] = evaluate_by_libm<op>(a[l], b[l], c[l]);
     }
     std::copy_n(result, N, lanes_at<N>(values, code[0]));
   }
@@ -37,11 +39,11 @@ const Word* compute(bool is_portable, const Word* code, Word count, double* valu
 }
 
 template <int N>
-const Word* compute(bool is_portable, const Program::Run& step, const Word* code, double* values) {
+const Word* compute(Functions functions, const Program::Run& step, const Word* code, double* values) {
   switch (step.op) {
 #define OP(name, ...) \
   case Op::name:      \
-    return compute<Op::name, N>(is_portable, code, step.count, values);
+    return compute<Op::name, N>(functions, code, step.count, values);
 #include <dyntape/autodiff/graph/ops.def>
     default:
       return code;
@@ -138,7 +140,6 @@ template <int N>
 void run(Functions functions, const std::vector<LinkedProgram>& programs, std::size_t which,
          const LaneView<const double>* inputs, const LaneView<double>& outputs,
          std::vector<LaneRoom<N>>& rooms, int lanes, std::uint32_t* status) {
-  const bool is_portable = functions == Functions::kPortable;
   const Program& program = programs[which].program;
   double* const values = rooms[which].values.empty() ? nullptr : rooms[which].values[0].lane;
   std::fill_n(status, lanes, 0u);
@@ -146,7 +147,7 @@ void run(Functions functions, const std::vector<LinkedProgram>& programs, std::s
   for (const Program::Run& step : program.runs()) {
     switch (step.kind) {
       case Program::Kind::kCompute:
-        code = compute<N>(is_portable, step, code, values);
+        code = compute<N>(functions, step, code, values);
         break;
       case Program::Kind::kLoad:
         code = load<N>(code, step.count, inputs, lanes, values);

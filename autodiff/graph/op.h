@@ -17,6 +17,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include <dyntape/autodiff/own_sines.h>
+
 namespace dyntape {
 
 enum class Op : std::uint8_t {
@@ -81,9 +83,10 @@ constexpr const OpInfo& info(Op op) { return kOpInfo[static_cast<int>(op)]; }
 
 namespace ops {
 
-// Functions of <cmath>, also under other names.
+// Functions of <cmath>, and those that dyntape has in their place.
 #define OP(...)
 #define FN(name, fn, ...) using std::fn;
+#define OWN(ulp, name, fn, ...) using own::fn;
 #include <dyntape/autodiff/graph/ops.def>
 
 // dyntape's functions for number types; graph expressions have their own overloads.

@@ -11,8 +11,8 @@
 //
 // Bits.  Every lane computes what Pack<double, 1> computes, whatever N is and whatever the other lanes hold:
 // arithmetic and sqrt are IEEE's, nothing is contracted, and the elementary functions are the portable ones
-// (portable.h; within 1 ulp), which differ from the C library's in the last bit now and then.  A NaN stays
-// in its lane.
+// (portable.h; within 1 ulp): sine and cosine are those of every route, the others differ from the C library's in the
+// last bit now and then.  A NaN stays in its lane.
 //
 // Comparisons give a Mask, which does not convert to bool: `if (x < y)` does not compile, for lanes may
 // disagree.  any(mask) and all(mask) ask.
@@ -359,7 +359,7 @@ void pack_sincos(const double* x, double* sine, double* cosine, int n);
 #undef DYNTAPE_DEFINE_1
 #undef DYNTAPE_DEFINE_2
 
-// Both at the price of little more than one.  The last bits may differ from those of sin(x) and cos(x).
+// Both at the price of little more than one.
 template <int N>
 void sincos(const Pack<double, N>& x, Pack<double, N>& sine, Pack<double, N>& cosine) {
   alignas(8 * N) double in[N], s[N], c[N];

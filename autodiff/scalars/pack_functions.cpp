@@ -7,7 +7,6 @@
 
 #include <array>
 #include <cstring>
-#include <string_view>
 #include <type_traits>
 
 #include <dyntape/autodiff/scalars/pack.h>
@@ -55,6 +54,17 @@ void sines_and_cosines(const double* x, Sine sine, Cosine cosine, int n) {
   }
 }
 
+template <class Sine, class Cosine>
+void of_lanes(const double* x, Sine sine, Cosine cosine, int n) {
+  if (n > 1) return sines_and_cosines(x, sine, cosine, n);
+  if constexpr (std::is_null_pointer_v<Cosine>)
+    *sine = dt_circular(*x, 0u);
+  else if constexpr (std::is_null_pointer_v<Sine>)
+    *cosine = dt_circular(*x, 1u);
+  else
+    dt_circle(*x, sine, cosine);
+}
+
 // Lanes by address to and from what SLEEF takes and gives.
 void put(double* y, double x) { *y = x; }
 #if defined(__SSE2__)
@@ -100,15 +110,8 @@ void put(double* y, const __m512d& x) { _mm512_storeu_pd(y, x); }
 #define DYNTAPE_BINARY_STEP(lanes, load, isa, fn, ulp) \
   put(z + i, Sleef_cinz_##fn##d##lanes##_##ulp##isa(load(x + i), load(y + i)));
 
-#define DYNTAPE_DEFINE_1(fn, ulp)                     \
-  void pack_##fn(const double* x, double* y, int n) { \
-    constexpr std::string_view name = #fn;            \
-    if constexpr (name == "sin")                      \
-      return sines_and_cosines(x, y, nullptr, n);     \
-    else if constexpr (name == "cos")                 \
-      return sines_and_cosines(x, nullptr, y, n);     \
-    DYNTAPE_STEPS(DYNTAPE_UNARY_STEP, fn, ulp)        \
-  }
+#define DYNTAPE_DEFINE_1(fn, ulp) \
+  void pack_##fn(const double* x, double* y, int n) { DYNTAPE_STEPS(DYNTAPE_UNARY_STEP, fn, ulp) }
 #define DYNTAPE_DEFINE_2(fn, ulp)                                      \
   void pack_##fn(const double* x, const double* y, double* z, int n) { \
     DYNTAPE_STEPS(DYNTAPE_BINARY_STEP, fn, ulp)                        \
@@ -117,11 +120,12 @@ void put(double* y, const __m512d& x) { _mm512_storeu_pd(y, x); }
 #define OP(...)
 #define FN(...)
 #define LIBM(ulp, name, fn, n, ...) DYNTAPE_DEFINE_##n(fn, ulp)
+#define OWN(...)
 #include <dyntape/autodiff/graph/ops.def>
 
-void pack_sincos(const double* x, double* sine, double* cosine, int n) {
-  sines_and_cosines(x, sine, cosine, n);
-}
+void pack_sin(const double* x, double* y, int n) { of_lanes(x, y, nullptr, n); }
+void pack_cos(const double* x, double* y, int n) { of_lanes(x, nullptr, y, n); }
+void pack_sincos(const double* x, double* sine, double* cosine, int n) { of_lanes(x, sine, cosine, n); }
 
 }  // namespace dyntape::detail
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Sine and cosine of one number, with the same bits on every processor: additions, multiplications and integers only.  Plain C,
-// which the library compiles (pack_functions.cpp) and which generated code contains (codegen/print/own_trig.h).
+// which the library compiles (own_sines.cpp, pack_functions.cpp) and which generated code contains (codegen/print/own_trig.h).
 //
 //   dt_circular(x, 0u)     sin(x)
 //   dt_circular(x, 1u)     cos(x)
+//   dt_circle(x, &s, &c)   both, with the same bits
 //
+// Of doubles; of floats where DT_SINGLE is defined.
 // Within 0.80 ulp of the true value in double, 0.82 in float, however large x is (measured: millions of doubles against 113 bits,
 // nearly all floats; tests/codegen/own_trig_test.cpp).  NaN of infinities; the sign of zero is kept.
 //
@@ -13,7 +15,30 @@
 // (doubles only); beyond, and for floats always, by an integer product with those bits of 2 / pi that decide (Payne and Hanek).  The
 // polynomials are minimax on [-pi/4, pi/4], of degree 13 and 14 for doubles, 7 and 8 for floats, their coefficients rounded one
 // after the other.  Without include guard: of every unit its own.
-/* --- of doubles --- */
+#ifdef DT_SINGLE
+/* --- floats --- */
+typedef float dt_number;
+typedef union dt_parts { float value; uint32_t bits; } dt_parts;
+#define DT_MANTISSA 23
+#define DT_EXPONENT 0xffu
+#define DT_TOP_DIGITS(bits) 0u
+#define DT_LOW_DIGITS(bits) (((bits) & 0x7fffffu) | 0x800000u)
+#define DT_WORDS 3 /* of a product with 2 / pi that are looked at */
+#define DT_SPLIT 4097.0f
+#define DT_CONST(c) c##f
+#define DT_HALF_PI 1.57079637f
+#define DT_HALF_PI_REST -4.37113883e-8f
+#define DT_SIN(z, zz) (0.166666552f + (z) * (-0.00833219197f + (z) * 0.00019518788f))
+#define DT_COS(z, zz) (0.0416666456f + (z) * (-0.00138873013f + (z) * 2.44306702e-5f))
+
+/* The bits of 2 / pi, behind a word of zeros. */
+static const uint32_t dt_two_over_pi[9] = {
+  0u, 0xa2f9836eu, 0x4e441529u, 0xfc2757d1u, 0xf534ddc0u, 0xdb629599u, 0x3c439041u, 0xfe5163abu, 0xdebbc561u};
+#define DT_ZEROS 32
+
+/* --- end of floats --- */
+#else
+/* --- doubles --- */
 typedef double dt_number;
 typedef union dt_parts { double value; uint64_t bits; } dt_parts;
 #define DT_MANTISSA 52
@@ -44,7 +69,9 @@ static const uint32_t dt_two_over_pi[39] = {
   0xebe5f17bu, 0x3d0739f7u, 0x8a5292eau, 0x6bfb5fb1u, 0x1f8d5d08u, 0x56033046u};
 #define DT_ZEROS 64
 
-/* --- of any numbers --- */
+/* --- end of doubles --- */
+#endif
+/* --- any numbers --- */
 /* a b = product + *error, exactly. */
 static dt_number dt_product(dt_number a, dt_number b, dt_number* error) {
   const dt_number product = a * b;
@@ -101,6 +128,18 @@ static unsigned dt_reduce_any(dt_number x, dt_number* r, dt_number* low) {
   }
   return x < 0 ? 0u - quadrant : quadrant;
 }
+/* --- end of any numbers --- */
+#ifdef DT_SINGLE
+/* --- reduction of floats --- */
+static unsigned dt_reduce(float x, float* r, float* low) {
+  if (x > 0.78539816f || x < -0.78539816f) return dt_reduce_any(x, r, low);
+  *r = x;
+  *low = 0.0f;
+  return 0u;
+}
+
+/* --- end of reduction of floats --- */
+#else
 /* --- reduction of doubles --- */
 /* x = n pi / 2 + *r + *low for a size of x below 1e3, where n of ten bits makes exact products. */
 static unsigned dt_reduce_few(double x, double* r, double* low) {
@@ -133,7 +172,9 @@ static unsigned dt_reduce(double x, double* r, double* low) {
   *low = (left - *r) + rest;
   return (unsigned)n;
 }
-/* --- sine and cosine --- */
+/* --- end of reduction of doubles --- */
+#endif
+/* --- sine or cosine --- */
 /* sin(x + quadrant pi / 2). */
 static dt_number dt_circular(dt_number x, unsigned quadrant) {
   dt_number r, low, z, half, value;
@@ -148,5 +189,24 @@ static dt_number dt_circular(dt_number x, unsigned quadrant) {
     value = r - (r * z * DT_SIN(z, z * z) + (half * low - low));
   }
   return quadrant & 2u ? -value : value;
+}
+/* --- sine and cosine --- */
+static __inline__ __attribute__((unused)) void dt_circle(dt_number x, dt_number* s, dt_number* c) {
+  dt_number r, low, z, half, most, sine, cosine, odd, even;
+  unsigned quadrant;
+  if (!(x - x == 0)) { /* infinite or NaN */
+    *s = *c = x - x;
+    return;
+  }
+  quadrant = dt_reduce(x, &r, &low);
+  z = r * r;
+  half = DT_CONST(0.5) * z;
+  most = DT_CONST(1.0) - half;
+  sine = r - (r * z * DT_SIN(z, z * z) + (half * low - low));
+  cosine = most + (((DT_CONST(1.0) - most) - half) + (z * z * DT_COS(z, z * z) - r * low));
+  even = quadrant & 1u ? cosine : sine;
+  odd = quadrant & 1u ? sine : cosine;
+  *s = quadrant & 2u ? -even : even;
+  *c = (quadrant + 1u) & 2u ? -odd : odd;
 }
 /* --- end --- */

@@ -5,7 +5,10 @@ namespace dyntape {
 
 const char* to_string(Profile profile) { return profile == Profile::kStrict ? "strict" : "fast"; }
 
-const char* to_string(Functions functions) { return functions == Functions::kPortable ? "portable" : "libm"; }
+const char* to_string(Functions functions) {
+  constexpr const char* kNames[] = {"sines", "libm", "portable"};
+  return kNames[static_cast<int>(functions)];
+}
 
 const char* to_string(Route route) {
   constexpr const char* kNames[] = {"automatic", "interpreter", "machine code", "compiled", "tiered"};
@@ -24,9 +27,10 @@ Profile profile_from(const std::string& word) {
 }
 
 Functions functions_from(const std::string& word) {
-  if (word == "libm") return Functions::kLibm;
-  if (word == "portable") return Functions::kPortable;
-  throw ArgumentError("functions \"" + word + "\" do not exist; there are libm and portable");
+  for (const Functions functions : {Functions::kSines, Functions::kLibm, Functions::kPortable}) {
+    if (word == to_string(functions)) return functions;
+  }
+  throw ArgumentError("functions \"" + word + "\" do not exist; there are sines, libm and portable");
 }
 
 Order order_from(int number) {

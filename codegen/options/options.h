@@ -63,8 +63,9 @@ struct CodegenOptions {
   Order order = Order::kFirst;  // the highest that will be asked for; lower ones are always there
   Profile profile = Profile::kStrict;
   Route route = Route::kAutomatic;
-  // kPortable: the same bits everywhere, and quicker: a point's sines are computed four at a time, those of many points in lanes.
-  Functions functions = Functions::kLibm;
+  // kSines: quickest for one point, whose sines are computed four at a time, and with the bits of dynamics/ in plain double.
+  // kPortable: the same bits on every processor, and quickest in lanes.  kLibm: std::sin's bits.
+  Functions functions = kDefaultFunctions;
 
   // Every kernel of several lanes takes as long to compile as the one of a single point, and evaluates a point
   // five to eight times faster (CompiledFunction::run).

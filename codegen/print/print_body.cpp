@@ -28,7 +28,7 @@ class BodyPrinter {
   void run() {
     if (!schedule_.calls.empty()) find_read();
     if (style_.dialect.lanes) find_pairs();
-    if (style_.dialect.lanes && style_.dialect.functions == Functions::kPortable) find_teams();
+    if (style_.dialect.lanes && style_.dialect.functions != Functions::kLibm) find_teams();
     print_inputs();
     for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
       print_heading(i);
@@ -79,7 +79,7 @@ class BodyPrinter {
     for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
       const Step& step = schedule_.steps[i];
       if (step.kind != Step::Kind::kCompute) continue;
-      if (!is_gathered(graph_, step.index)) {
+      if (!is_gathered(graph_, step.index, style_.dialect.functions)) {
         close();
         continue;
       }

@@ -29,7 +29,7 @@ struct OutputArray {
 struct Dialect {
   bool lanes = true;    // for one state and for several: DT_NAME(f), DT_ALL(1.5), reals in memory
   bool single = false;  // numbers are floats: 1.5f
-  Functions functions = Functions::kLibm;  // portable ones of one state are called together: DT_MANY
+  Functions functions = kDefaultFunctions;  // portable ones of one state are called together: DT_MANY
 };
 
 // How a callee is called: its C function, and the slots of the caller's work array that it may write to.

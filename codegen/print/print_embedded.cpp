@@ -62,7 +62,7 @@ class EmbeddedPrinter {
   EmbeddedPrinter(const KernelSets& sets, const EmbeddedOptions& options)
       : sets_(sets),
         options_(options),
-        dialect_{false, options.single},
+        dialect_{.lanes = false, .single = options.single, .functions = Functions::kLibm},
         real_(options.single ? "float" : "double"),
         functions_(sets.kernels, sets.piece_statements, dialect_),
         words_(vocabulary(sets, functions_.callees())) {
@@ -144,7 +144,7 @@ class EmbeddedPrinter {
       values = std::max(values, functions_.definitions()[i].values);
       frames = std::max(frames, functions_.definitions()[i].frames);
     }
-    frames += 1 + (options_.own_trig ? kOwnTrigFrames : 0);
+    frames += 1 + (sets_.functions == Functions::kSines ? kOwnTrigFrames : 0);
     result_.stack_bounds.push_back(has_kernels() ? 0 : values * bytes + frames * kFrameBytes);
     return head(k) + " {\n" + body + "}\n\n";
   }
@@ -179,7 +179,7 @@ class EmbeddedPrinter {
   }
 
   bool is_own(const std::string& function) const {
-    return options_.own_trig && (function == "sin" || function == "cos");
+    return sets_.functions == Functions::kSines && (function == "sin" || function == "cos");
   }
 
   // math.h for functions of libm, infinities and NaN.
@@ -258,10 +258,9 @@ class EmbeddedPrinter {
 }  // namespace
 
 EmbeddedSource print_embedded(const KernelSets& sets, const EmbeddedOptions& options) {
-  if (sets.functions != Functions::kLibm)
+  if (sets.functions == Functions::kPortable)
     throw ArgumentError("embedded text of \"" + sets.name +
-                        "\": functions are libm's, and sin and cos its own on request; expected libm, got " +
-                        to_string(sets.functions));
+                        "\" needs no library but libm; expected functions sines or libm, got portable");
   return EmbeddedPrinter(sets, options).run();
 }
 

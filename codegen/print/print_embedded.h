@@ -35,9 +35,8 @@ struct StackUse {
 };
 
 struct EmbeddedOptions {
-  bool single = false;    // float
-  bool own_trig = false;  // sin and cos are printed (own_trig.h); other functions are libm's
-  StackUse stack;         // for the banner; empty: the bound only
+  bool single = false;  // float
+  StackUse stack;       // for the banner; empty: the bound only
 };
 
 struct EmbeddedSource {
@@ -48,7 +47,8 @@ struct EmbeddedSource {
   std::vector<std::size_t> work;  // bytes of static arrays, by kernel
 };
 
-// Throws ArgumentError if sets.functions are the portable ones.
+// Sine and cosine are printed (own_trig.h), or libm's where sets.functions are; other functions are libm's.  Throws ArgumentError
+// if sets.functions are the portable ones, which need a library.
 EmbeddedSource print_embedded(const KernelSets& sets, const EmbeddedOptions& options);
 
 }  // namespace dyntape::codegen

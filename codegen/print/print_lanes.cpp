@@ -179,7 +179,7 @@ constexpr char kEach[] = R"(#define DT_EACH_1(f) \
 )";
 
 // Sine and cosine of one argument.  Since 2.28 one code computes them in glibc's sin, cos and sincos: the same bits, in
-// three quarters of the time of two calls (own_trig_test.cpp).  Other libraries are called twice.
+// three quarters of the time of two calls (own_trig_test.cpp).  Other C libraries are called twice.
 constexpr char kPair[] = R"(
 #ifdef __GLIBC__
 #define DT_SINCOS __GLIBC_PREREQ(2, 28)
@@ -258,7 +258,7 @@ static __attribute__((unused, noinline)) real dt_cos(real x) {
 #define cos(a) dt_cos(DT_ALL(a))
 #define dt_sincos(x, s, c) dt_sines(x, s, c)
 #else
-#define dt_sincos(x, s, c) (*(s) = sin(x), *(c) = cos(x))
+#define dt_sincos(x, s, c) dt_circle(x, s, c)
 #endif
 #if DYNTAPE_LANES > 1 || DT_WIDTH == 1
 #define DT_TURNS(m, n, a, b, c, d, e, f, g, h)
@@ -385,7 +385,8 @@ std::string portable_functions(const std::vector<Op>& operators) {
   std::string text, macros, turns;
   for (Op op : operators) {
     if (is_turn(op)) {
-      turns = own_trig(false, true, true) + "#if DT_WIDTH > 1" + own_trig_in_lanes() + "#endif\n" + kTurns;
+      turns = own_trig(false, true, true) + own_circle() + "#if DT_WIDTH > 1" + own_trig_in_lanes() +
+              "#endif\n" + kTurns;
       continue;
     }
     const std::string function(called_function(op)), arity = std::to_string(info(op).arity);
@@ -442,17 +443,15 @@ std::string real_functions(const Vocabulary& words, Functions functions) {
   for (Op op : words.operators) {
     const std::string_view function = called_function(op);
     if (function.empty() || !met.insert(function).second) continue;
-    const bool is_portable = functions == Functions::kPortable && portable(function);
-    (is_portable ? portables : in_lanes).push_back(op);
+    (is_portable(op, functions) ? portables : in_lanes).push_back(op);
   }
   const bool pairs = functions == Functions::kLibm && met.count("sin") && met.count("cos");
   return (pairs ? kPair : "") + portable_functions(portables) + lane_functions(in_lanes);
 }
 
 bool needs_sleef(const Vocabulary& words, Functions functions) {
-  return functions == Functions::kPortable &&
-         std::any_of(words.operators.begin(), words.operators.end(),
-                     [](Op op) { return has_portable_form(op) && !is_turn(op); });
+  return std::any_of(words.operators.begin(), words.operators.end(),
+                     [functions](Op op) { return is_portable(op, functions) && !is_turn(op); });
 }
 
 }  // namespace dyntape::codegen

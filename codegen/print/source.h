@@ -28,7 +28,7 @@ struct KernelSets {
   Profile profile = Profile::kStrict;
   std::vector<KernelPlan> kernels;     // by order, from kValue
   std::size_t piece_statements = 250;  // length of the called functions
-  Functions functions = Functions::kLibm;
+  Functions functions = kDefaultFunctions;
 };
 
 struct Source {

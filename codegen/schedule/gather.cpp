@@ -5,8 +5,6 @@
 #include <map>
 #include <utility>
 
-#include <dyntape/autodiff/scalars/portable.h>
-
 namespace dyntape::codegen {
 namespace {
 
@@ -14,8 +12,12 @@ constexpr std::uint32_t kNoTeam = 0xffffffffu;
 
 class Gathering {
  public:
-  Gathering(const Graph& graph, const std::vector<NodeId>& order)
-      : graph_(graph), order_(order), waits_(graph.size(), false), team_of_(graph.size(), kNoTeam) {}
+  Gathering(const Graph& graph, const std::vector<NodeId>& order, Functions functions)
+      : graph_(graph),
+        order_(order),
+        functions_(functions),
+        waits_(graph.size(), false),
+        team_of_(graph.size(), kNoTeam) {}
 
   std::vector<NodeId> run() {
     make_teams();
@@ -31,7 +33,7 @@ class Gathering {
     std::vector<std::uint32_t> depth(graph_.size(), 0);
     for (NodeId id = 0; id < graph_.size(); ++id)
       graph_.for_each_argument(id, [&](NodeId a) {
-        depth[id] = std::max(depth[id], depth[a] + (is_gathered(graph_, a) ? 1u : 0u));
+        depth[id] = std::max(depth[id], depth[a] + (is_gathered(graph_, a, functions_) ? 1u : 0u));
       });
     return depth;
   }
@@ -46,7 +48,7 @@ class Gathering {
     std::map<std::pair<Op, std::uint32_t>, Open> open;  // by function and depth
     std::map<std::pair<Op, NodeId>, std::uint32_t> team_of_value;
     for (NodeId id : order_) {
-      if (!is_gathered(graph_, id)) continue;
+      if (!is_gathered(graph_, id, functions_)) continue;
       const Op op = team_operator(graph_[id].op);
       const auto [known, is_new] = team_of_value.emplace(std::pair(op, graph_[id].a), kNoTeam);
       if (is_new) {
@@ -95,6 +97,7 @@ class Gathering {
 
   const Graph& graph_;
   const std::vector<NodeId>& order_;
+  const Functions functions_;
   std::vector<bool> waits_;
   std::vector<std::uint32_t> team_of_;
   std::vector<std::vector<NodeId>> teams_;
@@ -103,14 +106,14 @@ class Gathering {
 
 }  // namespace
 
-bool is_gathered(const Graph& graph, NodeId id) {
+bool is_gathered(const Graph& graph, NodeId id, Functions functions) {
   const Node& node = graph[id];
-  return is_table_op(node.op) && has_portable_form(node.op) && info(node.op).arity == 1 &&
+  return is_table_op(node.op) && is_portable(node.op, functions) && info(node.op).arity == 1 &&
          graph[node.a].op != Op::Const;
 }
 
-std::vector<NodeId> gather_calls(const Graph& graph, const std::vector<NodeId>& order) {
-  return Gathering(graph, order).run();
+std::vector<NodeId> gather_calls(const Graph& graph, const std::vector<NodeId>& order, Functions functions) {
+  return Gathering(graph, order, functions).run();
 }
 
 }  // namespace dyntape::codegen

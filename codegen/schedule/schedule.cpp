@@ -55,10 +55,11 @@ bool is_result_of_long_call(const Schedule& s, const Node& node) {
 // Fills steps and sections.
 class Ordering {
  public:
-  Ordering(const Function& function, const std::vector<OutputRange>& groups, bool gathers, Schedule& schedule)
+  Ordering(const Function& function, const std::vector<OutputRange>& groups, Functions functions,
+           Schedule& schedule)
       : function_(function),
         groups_(groups),
-        gathers_(gathers),
+        functions_(functions),
         schedule_(schedule),
         mask_(groups_of_nodes(function, groups)),
         outputs_(function.graph.size(), function.outputs),
@@ -74,7 +75,7 @@ class Ordering {
     for (std::size_t section = 0; section < computed.size(); ++section) {
       const std::size_t begin = schedule_.steps.size();
       add_leaf_outputs(section);
-      if (gathers_) computed[section] = gather_calls(function_.graph, computed[section]);
+      computed[section] = gather_calls(function_.graph, computed[section], functions_);
       for (NodeId id : computed[section]) add_node(id);
       const std::size_t end = schedule_.steps.size();
       if (end > begin) schedule_.sections.push_back({static_cast<int>(section) - 1, begin, end});
@@ -131,7 +132,7 @@ class Ordering {
 
   const Function& function_;
   const std::vector<OutputRange>& groups_;
-  const bool gathers_;
+  const Functions functions_;
   Schedule& schedule_;
   std::vector<std::uint8_t> mask_;
   std::vector<NodeId> result_nodes_;
@@ -304,7 +305,7 @@ Schedule schedule(const Function& function, const std::vector<OutputRange>& grou
                   std::size_t piece_statements, Functions functions) {
   Schedule result;
   result.calls = place_calls(function, groups, result.work);
-  Ordering(function, groups, functions == Functions::kPortable, result).run();
+  Ordering(function, groups, functions, result).run();
   const std::vector<std::uint32_t> crossing = crossings(function, result);
   result.live = *std::max_element(crossing.begin(), crossing.end());
   cut(function, std::max<std::size_t>(piece_statements, 2), crossing, result);

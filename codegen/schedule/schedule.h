@@ -63,6 +63,6 @@ struct Schedule {
 
 // Groups calls of portable functions (gather.h).
 Schedule schedule(const Function& function, const std::vector<OutputRange>& groups,
-                  std::size_t piece_statements, Functions functions = Functions::kLibm);
+                  std::size_t piece_statements, Functions functions = kDefaultFunctions);
 
 }  // namespace dyntape::codegen

@@ -6,8 +6,8 @@
 //   template <class T> T relu(const T& x) { return select(x > T(0), x, T(0)); }     // no `if` on a T
 //
 // Every algorithm is a template on the scalar T: double, float, a 113-bit float, a recording scalar, a pack of
-// lanes.  Call mathematical functions unqualified: the declarations below are for built-in floats, other scalars use
-// argument-dependent lookup.  A decision on a value of type T is `select`, never `if`, so that a recording has both
+// lanes.  Call mathematical functions unqualified: the declarations below are for built-in floats, with the sines of own_sines.h;
+// other scalars use argument-dependent lookup.  A decision on a value of type T is `select`, never `if`, so that a recording has both
 // sides.  A decision on the structure of a robot is an `if` on plain data.
 #pragma once
 
@@ -16,6 +16,7 @@
 #include <limits>
 #include <type_traits>
 
+#include <dyntape/autodiff/own_sines.h>
 #include <dyntape/dynamics/algebra/vec3.h>
 
 // Compiles a function template of dynamics/ for T; overloaded ones are listed in full (instantiate.h).
@@ -28,15 +29,16 @@
 
 namespace dyntape::dynamics {
 
+using own::cos;
+using own::sin;
+using own::sincos;
 using std::abs;
 using std::acos;
 using std::asin;
 using std::atan;
 using std::atan2;
-using std::cos;
 using std::exp;
 using std::log;
-using std::sin;
 using std::sqrt;
 using std::tan;
 using std::tanh;

@@ -33,7 +33,6 @@ int main(int argc, char** argv) {
   std::vector<double> first_y, first_J;
   double alone = 0;
   bool same = true;
-  // Portable functions have kernels with lanes for sine and cosine too; libm's are called lane by lane.
   for (const auto& [name, lanes, threads] : {std::tuple("one by one", Lanes::kNone, 1u),
                                              {"in lanes", Lanes::kNative, 1u},
                                              {"in lanes, by all threads", Lanes::kNative, 0u}}) {
@@ -41,7 +40,6 @@ int main(int argc, char** argv) {
     settings.name = "torques";
     settings.threads = threads;
     settings.codegen.lanes = lanes;
-    settings.codegen.functions = Functions::kPortable;
     AdFunction f(torques, inputs, 0, settings);
     f.createModels(AdFunction::ApproximationOrder::First, false);
     std::vector<double> y(count * n), J(count * f.jacobianPattern().nnz());

@@ -407,10 +407,10 @@ void bind_functions(nb::module_& module) {
       "Rows and columns of the non-zeros of the Hessian's lower triangle.");
   f.def(
       "compile", compile, nb::arg("order") = 2, nb::kw_only(), nb::arg("route") = "tiered",
-      nb::arg("lanes") = false, nb::arg("profile") = "strict", nb::arg("functions") = "libm",
-      nb::arg("flags") = std::vector<std::string>(),
+      nb::arg("lanes") = false, nb::arg("profile") = "strict",
+      nb::arg("functions") = to_string(kDefaultFunctions), nb::arg("flags") = std::vector<std::string>(),
       nb::sig("def compile(self, order: int = 2, *, route: str = 'tiered', lanes: bool = False, "
-              "profile: str = 'strict', functions: str = 'libm', flags: Sequence[str] = ()) -> Function"),
+              "profile: str = 'strict', functions: str = 'sines', flags: Sequence[str] = ()) -> Function"),
       "Compiles value and derivatives up to `order`, or takes them from the cache; returns the function "
       "itself.\n\n"
       "route: \"tiered\", machine code within milliseconds and what the C compiler makes when that is "
@@ -419,9 +419,10 @@ void bind_functions(nb::module_& module) {
       "bits.\n"
       "lanes: kernels of several states at a time besides, for batches.\n"
       "profile: \"strict\", the bits of the interpreter, or \"fast\".  flags: for the C compiler.\n"
-      "functions: \"libm\", the C library's sines and the like, or \"portable\", the same bits on every "
-      "processor\n"
-      "and mostly quicker.\n\n"
+      "functions: \"sines\", sine and cosine of dyntape's own and the C library's others, \"libm\", all of "
+      "the "
+      "C library,\n"
+      "or \"portable\", the same bits on every processor, quickest in lanes.\n\n"
       "Raises ToolError if the compiler that is waited for fails; the interpreter then goes on serving.");
   bind_function_facts(f);
   module.def(

@@ -163,7 +163,7 @@ TEST(Graph, ARecordingMovesSignsAsTheGraphDoes) {
   Random random(11);
   const double constants[] = {0, -0.0, 1, -1, 2, -0.5};
   const auto program = [&](auto x) {  // the operands x, and a hundred operations
-    using std::sin;
+    using own::sin;
     using T = typename decltype(x)::value_type;
     for (int i = 0; i < 100; ++i) {
       const T a = x[random.below(x.size())], b = x[random.below(x.size())];
@@ -255,7 +255,7 @@ TEST(Function, BindingIsPartialEvaluation) {
   });
   const Function g = bind(f, Block::kParameters, {{1, 0.0}});
   EXPECT_EQ(total_operations(g), 2u);  // the exponential is gone
-  EXPECT_EQ(evaluate(g, {1, 2}, {3, 99})[0], 3 * std::sin(1));
+  EXPECT_EQ(evaluate(g, {1, 2}, {3, 99})[0], 3 * own::sin(1.0));
   EXPECT_EQ(evaluate(bind(f, Block::kVariables, {{0, 1.0}, {1, 2.0}}), {}, {3, 4})[0],
             evaluate(f, {1, 2}, {3, 4})[0]);
 }

@@ -65,7 +65,7 @@ TEST(Lifetime, Case85_ARecordingInsideARecording) {
     return one(before + sin(x[1]));
   });
   EXPECT_EQ(evaluate(inner, {3})[0], 9);
-  EXPECT_EQ(evaluate(outer, {1, 0.5})[0], 2 + std::sin(0.5));
+  EXPECT_EQ(evaluate(outer, {1, 0.5})[0], 2 + own::sin(0.5));
   EXPECT_EQ(content_hash(inner),
             content_hash(record("inner", 1, [](const VectorXad& y) { return one(y[0] * y[0]); })));
 
@@ -290,7 +290,7 @@ TEST(Lifetime, AFunctionIsAValue) {
   Function g = f;
   g.graph.make(Op::Mul, 0, 0);
   g.outputs = {0};
-  EXPECT_EQ(evaluate(f, {1})[0], std::sin(1));
+  EXPECT_EQ(evaluate(f, {1})[0], own::sin(1.0));
   EXPECT_EQ(evaluate(g, {1})[0], 1);
 }
 

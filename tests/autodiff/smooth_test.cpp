@@ -71,7 +71,7 @@ TEST(SquaredNorms, AreOfWhatCannotBeNegativeOnly) {
   EXPECT_NEAR(large[1], 2, 1e-15);
   const Values y = evaluate(f, {-1, 2});
   EXPECT_TRUE(std::isnan(y[0]) && std::isnan(y[1]) && std::isnan(y[3])) << text(y);
-  EXPECT_EQ(y[2], std::sin(-1.0) * std::sin(-1.0));
+  EXPECT_EQ(y[2], own::sin(-1.0) * own::sin(-1.0));
 }
 
 // norm(v, s) = sqrt(v v + s s):  (v / r),  (I - v v^T / r^2) / r

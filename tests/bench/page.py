@@ -121,7 +121,8 @@ def levels_tables(t):
 LEVELS_TEXT = '''The library has code for three levels of x86-64 and takes the highest that the processor has, here {own}; each was measured on this
 machine, in a process with Pinocchio, which is compiled for this machine. Ratios of times to it; smaller is better.'''
 
-GENERATED_TEXT = '''Ratios of times: ours, the quickest of the profiles strict and fast, with libm's sines and with portable ones, to the quicker of what a peer prints.'''
+GENERATED_TEXT = '''Ratios of times: ours, the quickest of the profiles strict and fast, with sines of its own and with libm's, to the quicker of what a peer prints.'''
+BEFORE_OWN_SINES = '''Measured before sines of its own were the default: **generated** has libm's here, **generated, portable** what is the default now.'''
 
 INTRODUCTION = '''Every route to the functions that optimal control is made of, beside Pinocchio, CasADi and CppADCodeGen: one process a robot, in
 turn, the quickest of a hundred batches, so smaller is better everywhere. Made by `tests/bench/run` from `docs/studies/benchmarks.csv`; nothing here is typed.'''
@@ -145,6 +146,8 @@ def text_of(t):
              '![seconds from the robot to a loaded kernel](studies/benchmarks_made.svg)',
              '![percentage of the arithmetic peak](studies/benchmarks_peak.svg)',
              '## Every route', ROUTES.format(peak=number(peak))]
+    if any(row['route'] == 'generated, portable' for row in t.rows):
+        parts.append(BEFORE_OWN_SINES)
     for robot in t.robots:
         parts += [f'### {ROBOTS[robot]}', routes_table(t, robot)]
     name = lambda row: ROBOTS.get(row['robot'], row['robot'])

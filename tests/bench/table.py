@@ -44,7 +44,8 @@ class Table:
                 and row not in self.tapes and not level_of(row['route'])]
 
 
-GENERATED = ('generated', 'generated, portable', 'generated, fast', 'generated, fast, portable')
+# By default and with libm's sines; in tables from before the default had sines of its own, with libm's and portable ones.
+GENERATED = tuple(f'generated{fast}{functions}' for fast in ('', ', fast') for functions in ('', ', libm', ', portable'))
 KEPT = ('lanes, kept', 'lanes, fast, kept')
 CASADI = ('CasADi', 'CasADi, analytic')
 CPPADCODEGEN = ('CppADCodeGen', 'CppADCodeGen, analytic')

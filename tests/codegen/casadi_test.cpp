@@ -149,11 +149,11 @@ void expect_scaled(const std::function<Called(std::size_t, const Values&)>& call
   const Values in = {{"x", x}, {"A", A}};
   const Called value = call_which(0, in);
   EXPECT_EQ(value.status, 0);
-  EXPECT_EQ(value.out.at("s"), std::vector<double>{std::sin(0.5) * 2 + 1 * 6});
+  EXPECT_EQ(value.out.at("s"), std::vector<double>{own::sin(0.5) * 2 + 1 * 6});
   EXPECT_EQ(value.out.at("B"), (std::vector<double>{0.5, 2, 4.5, 8, 12.5, 18}));
 
   const Called jacobian = call_which(1, in);
-  EXPECT_EQ(jacobian.out.at("jac_s_x"), (std::vector<double>{std::cos(0.5) * 2, std::sin(0.5)}));
+  EXPECT_EQ(jacobian.out.at("jac_s_x"), (std::vector<double>{own::cos(0.5) * 2, own::sin(0.5)}));
   EXPECT_EQ(jacobian.out.at("jac_s_A"), (std::vector<double>{6, 0, 0, 0, 0, 1}));
   // B (3 x 2) by A (2 x 3): B_ji = x0 A_ij^2.
   EXPECT_EQ(at(jacobian.out.at("jac_B_A"), 6, 3, 1), 2 * 0.5 * 4);  // B_01 by A_10

@@ -49,6 +49,7 @@ TEST(Flags, ElementaryFunctionsAreTheOnesOfTheMathematicsLibrary) {
   for (const char* level : {"-O0", "-O2", "-O3"}) {
     CodegenOptions options = uncached();
     options.flags = {level};
+    options.functions = Functions::kLibm;
     const CompiledFunction c = CompiledFunction::make(trigonometric(), options);
     CompiledFunction::Workspace workspace(c);
     for (int k = 0; k < 20000; ++k) {

@@ -26,18 +26,19 @@ using testing::EmbeddedLibrary;
 using testing::Random;
 using testing::Scratch;
 
-CodegenOptions with(Order order, std::size_t piece_statements = 250) {
+CodegenOptions with(Order order, std::size_t piece_statements = 250,
+                    Functions functions = kDefaultFunctions) {
   CodegenOptions options;
   options.order = order;
   options.route = Route::kInterpreter;
   options.piece_statements = piece_statements;
+  options.functions = functions;
   return options;
 }
 
-EmbeddedOptions in(bool single, bool own_trig) {
+EmbeddedOptions in(bool single) {
   EmbeddedOptions how;
   how.single = single;
-  how.own_trig = own_trig;
   return how;
 }
 
@@ -68,8 +69,9 @@ TEST(Embedded, PleasesCompilersFreestandingAndAsCpp) {
   Function nothing, constant;
   nothing.name = constant.name = "";
   constant.outputs.push_back(constant.graph.constant(-0.5));
-  const auto text = [](const Function& f, Order order, bool single, bool own_trig) {
-    const codegen::Source source = generate_embedded(f, with(order, 50), in(single, own_trig)).source;
+  const auto text = [](const Function& f, Order order, bool single, bool own) {
+    const Functions functions = own ? Functions::kSines : Functions::kLibm;
+    const codegen::Source source = generate_embedded(f, with(order, 50, functions), in(single)).source;
     return source.header + source.header + source.text;
   };
   std::vector<std::string> doubles = {text(all, Order::kValue, false, false),
@@ -132,8 +134,8 @@ TEST(Embedded, SingleEqualsTheTapeInFloatBitForBit) {
   Random random(44);
   SCOPED_TRACE(random.seed_text());
   const Function f = swing();
-  const EmbeddedLibrary library(generate_embedded(f, with(Order::kValue), in(true, false)));
-  const EmbeddedLibrary own(generate_embedded(f, with(Order::kValue), in(true, true)));
+  const EmbeddedLibrary own(generate_embedded(f, with(Order::kValue), in(true)));
+  const EmbeddedLibrary libm(generate_embedded(f, with(Order::kValue, 250, Functions::kLibm), in(true)));
   const Function simplified = codegen::simplify(compact(f), Profile::kStrict);
   for (int k = 0; k < 200; ++k) {
     std::vector<float> x(4), p(2), y(2), z(2);
@@ -141,8 +143,8 @@ TEST(Embedded, SingleEqualsTheTapeInFloatBitForBit) {
       for (float& v : *block) v = static_cast<float>(random.uniform(-3, 3));
     }
     const std::vector<float> expected = evaluate_as<float>(simplified, x, p);
-    library.call<void>("swing_value", std::as_const(x).data(), std::as_const(p).data(), y.data());
-    own.call<void>("swing_value", std::as_const(x).data(), std::as_const(p).data(), z.data());
+    own.call<void>("swing_value", std::as_const(x).data(), std::as_const(p).data(), y.data());
+    libm.call<void>("swing_value", std::as_const(x).data(), std::as_const(p).data(), z.data());
     EXPECT_EQ(y, expected);
     for (int i = 0; i < 2; ++i) EXPECT_NEAR(z[i], expected[i], 5e-6) << "sizes of terms are below thirty";
   }
@@ -179,9 +181,10 @@ TEST(Embedded, TablesAreThePatterns) {
 // A program of one's own: it links against the C library and libm, and prints the library's bits.
 TEST(Embedded, StandaloneProgramNeedsLibcAndLibmOnly) {
   const Function f = swing();
-  for (const bool own : {false, true}) {
+  for (const Functions functions : {Functions::kSines, Functions::kLibm}) {
     const Scratch folder;
-    const auto e = generate_embedded(f, with(Order::kFirst), in(false, own));
+    const CodegenOptions options = with(Order::kFirst, 250, functions);
+    const auto e = generate_embedded(f, options);
     write_source(e.source, folder.path());
     codegen::write_file(
         folder / "main.c",
@@ -205,19 +208,15 @@ TEST(Embedded, StandaloneProgramNeedsLibcAndLibmOnly) {
                          line.find("ld-linux") != std::string::npos || line.find("vdso") != std::string::npos;
       EXPECT_TRUE(known) << line;
     }
-    const auto expected = CompiledFunction::make(f, with(Order::kFirst))
-                              .evaluate(Order::kFirst, {0.5, -0.25, 1.5, 2}, {0.75, 1.25});
+    const auto expected =
+        CompiledFunction::make(f, options).evaluate(Order::kFirst, {0.5, -0.25, 1.5, 2}, {0.75, 1.25});
     std::vector<double> numbers = expected.y;
     numbers.insert(numbers.end(), expected.jacobian.begin(), expected.jacobian.end());
     std::istringstream printed(testing::output_of({folder / "main"}, folder));
     for (const double number : numbers) {
       std::string word;
       ASSERT_TRUE(printed >> word);
-      if (own) {
-        EXPECT_NEAR(std::strtod(word.c_str(), nullptr), number, 1e-14);
-      } else {
-        EXPECT_EQ(std::strtod(word.c_str(), nullptr), number);
-      }
+      EXPECT_EQ(std::strtod(word.c_str(), nullptr), number) << to_string(functions);
     }
   }
 }
@@ -240,11 +239,11 @@ std::set<std::string> undefined_names(const EmbeddedSource& e, const char* level
 TEST(Embedded, AsksForNothingButLibm) {
   const Function f = swing();
   for (const bool single : {false, true}) {
-    EXPECT_EQ(undefined_names(generate_embedded(f, with(Order::kSecond, 20), in(single, true)), "-O2"),
+    EXPECT_EQ(undefined_names(generate_embedded(f, with(Order::kSecond, 20), in(single)), "-O2"),
               std::set<std::string>());
   }
   for (const char* level : {"-O0", "-O2"}) {
-    auto names = undefined_names(generate_embedded(f, with(Order::kSecond), in(false, false)), level);
+    auto names = undefined_names(generate_embedded(f, with(Order::kSecond, 250, Functions::kLibm)), level);
     names.erase("sqrt");  // an instruction where the compiler wants it to be
     EXPECT_EQ(names, (std::set<std::string>{"cos", "sin"})) << level;
   }
@@ -259,7 +258,7 @@ TEST(Embedded, StackStaysBelowItsBound) {
       << "nobody knows what a kernel written by hand needs";
   for (const bool single : {false, true}) {
     for (const std::size_t length : {std::size_t{60}, std::size_t{100000}}) {
-      const auto e = generate_embedded(all, with(Order::kFirst, length), in(single, true));
+      const auto e = generate_embedded(all, with(Order::kFirst, length), in(single));
       for (const char* level : {"-O0", "-O2", "-O3"}) {
         const auto use = codegen::measure_stack(e, {"gcc", level});
         ASSERT_EQ(use.bytes.size(), 2u);

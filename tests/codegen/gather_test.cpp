@@ -47,7 +47,7 @@ std::vector<std::size_t> runs(const Graph& graph, const std::vector<NodeId>& ord
   std::vector<std::size_t> lengths;
   Op last = Op::Const;
   for (NodeId id : order) {
-    if (!codegen::is_gathered(graph, id)) {
+    if (!codegen::is_gathered(graph, id, Functions::kPortable)) {
       last = Op::Const;
       continue;
     }
@@ -80,7 +80,8 @@ void expect_order(const Graph& graph, const std::vector<NodeId>& before, const s
 
 TEST(Gather, CallsOfAChainComeTogether) {
   const Function f = chain(6);
-  const std::vector<NodeId> order = computed(f.graph), gathered = gather_calls(f.graph, order);
+  const std::vector<NodeId> order = computed(f.graph),
+                            gathered = gather_calls(f.graph, order, Functions::kPortable);
   expect_order(f.graph, order, gathered);
   EXPECT_EQ(runs(f.graph, order), (std::vector<std::size_t>{2, 2, 2, 2, 2, 2, 2, 2}));
   EXPECT_EQ(runs(f.graph, gathered), (std::vector<std::size_t>{12, 2, 2}));
@@ -88,7 +89,7 @@ TEST(Gather, CallsOfAChainComeTogether) {
 
 TEST(Gather, TeamsHaveUpToEightValues) {
   const Function f = chain(19);
-  EXPECT_EQ(runs(f.graph, gather_calls(f.graph, computed(f.graph))),
+  EXPECT_EQ(runs(f.graph, gather_calls(f.graph, computed(f.graph), Functions::kPortable)),
             (std::vector<std::size_t>{16, 16, 6, 2, 2}));
   CodegenOptions options;
   options.order = Order::kValue;
@@ -105,14 +106,12 @@ TEST(Gather, RandomGraphsStayInOrder) {
     const Function f = testing::random_functions(random, 3, 40 + 10 * seed);
     const std::vector<NodeId> order = computed(f.graph);
     SCOPED_TRACE(random.seed_text());
-    expect_order(f.graph, order, gather_calls(f.graph, order));
+    expect_order(f.graph, order, gather_calls(f.graph, order, Functions::kPortable));
   }
 }
 
 TEST(Gather, OneStateHasTheBitsOfTheInterpreterInRegistersOfAnyWidth) {
   const Function f = chain(11);
-  const Interpreter interpreter(f, Functions::kPortable);
-  Interpreter::Workspace room(interpreter);
   Random random(63);
   SCOPED_TRACE(random.seed_text());
   std::vector<std::vector<double>> states;
@@ -129,13 +128,17 @@ TEST(Gather, OneStateHasTheBitsOfTheInterpreterInRegistersOfAnyWidth) {
     x[4] = special;
     states.push_back(x);
   }
-  for (const std::vector<std::string>& flags : {std::vector<std::string>{}, {"-mno-avx512f"}, {"-mno-avx"}}) {
+  const std::vector<std::vector<std::string>> widths = {{}, {"-mno-avx512f"}, {"-mno-avx"}};
+  for (std::size_t k = 0; k < 2 * widths.size(); ++k) {
+    const std::vector<std::string>& flags = widths[k / 2];
     CodegenOptions options;
     options.order = Order::kValue;
     options.route = Route::kCompiled;
-    options.functions = Functions::kPortable;
+    options.functions = k % 2 ? Functions::kSines : Functions::kPortable;
     options.use_cache = false;
     options.flags = flags;
+    const Interpreter interpreter(f, options.functions);
+    Interpreter::Workspace room(interpreter);
     const CompiledFunction compiled = CompiledFunction::make(f, options);
     for (const std::vector<double>& x : states) {
       const std::vector<double> found = compiled.evaluate(Order::kValue, x).y;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Kernels of several lanes against one point at a time, bit for bit: every operator, special values in
-// neighbouring lanes, any number of points, gaps, guards, calls; with libm's functions and with portable ones.
+// neighbouring lanes, any number of points, gaps, guards, calls; with each choice of functions.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/linear_algebra.h>
 #include <dyntape/codegen/compiled_function.h>
@@ -23,7 +23,7 @@ using testing::Scratch;
 
 constexpr double kUntouched = -77;
 
-CodegenOptions in_lanes(Order order, Functions functions = Functions::kLibm) {
+CodegenOptions in_lanes(Order order, Functions functions = kDefaultFunctions) {
   CodegenOptions options;
   options.order = order;
   options.route = Route::kCompiled;
@@ -211,7 +211,8 @@ TEST_P(LanesOf, Calls) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Functions, LanesOf, ::testing::Values(Functions::kLibm, Functions::kPortable),
+INSTANTIATE_TEST_SUITE_P(Functions, LanesOf,
+                         ::testing::Values(Functions::kSines, Functions::kLibm, Functions::kPortable),
                          [](const auto& info) { return std::string(to_string(info.param)); });
 
 // Smooth, and guarded: a comparison at each entry.

@@ -27,7 +27,7 @@ std::vector<Derivatives> derived(const Function& f, Order highest) {
   return all;
 }
 
-CodegenOptions all_lanes(Functions functions = Functions::kLibm) {
+CodegenOptions all_lanes(Functions functions = kDefaultFunctions) {
   CodegenOptions options;
   options.lanes = Lanes::kAll;
   options.functions = functions;
@@ -53,7 +53,7 @@ class MachineCodeTest : public ::testing::Test {
 
   // Every kernel at some points; the number of comparisons.
   static std::size_t expect_same_bits(const Function& f, Order highest, Random& random, std::size_t blocks,
-                                      Functions functions = Functions::kLibm) {
+                                      Functions functions = kDefaultFunctions) {
     const auto all = derived(f, highest);
     const auto code = MachineCode::make(all, all_lanes(functions));
     const dyntape_descriptor& d = code->descriptor();
@@ -107,7 +107,7 @@ TEST_F(MachineCodeTest, EveryOperatorHasTheBitsOfTheInterpreter) {
     Random random(seed);
     SCOPED_TRACE(random.seed_text());
     const Function f = testing::random_functions(random, 60, 20);
-    for (const Functions functions : {Functions::kLibm, Functions::kPortable}) {
+    for (const Functions functions : {Functions::kSines, Functions::kLibm, Functions::kPortable}) {
       EXPECT_GT(expect_same_bits(f, Order::kFirst, random, 3, functions), 2000u);
       if (HasFailure()) return;
     }

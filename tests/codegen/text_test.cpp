@@ -87,7 +87,7 @@ TEST(Text, PiecesPleaseCompilersTogetherAndApart) {
   SCOPED_TRACE(random.seed_text());
   const Function f = testing::random_functions(random, 20, 8);
   CodegenOptions options = with_order(Order::kFirst);
-  options.piece_statements = 40;
+  options.piece_statements = 35;
   const codegen::Source source = generate_source(f, options);
   ASSERT_GT(source.pieces.size(), 10u);
   testing::expect_compiles_cleanly({source.text});

@@ -4,7 +4,7 @@
 
     embedded.py DYNTAPE SOURCE_DIR WORK_DIR
 
-Panda's rnea with Jacobian and its fd-derivatives at 20 states.  With --own-trig the results are the host's bit
+Panda's rnea with Jacobian and its fd-derivatives at 20 states.  With sines of its own the results are the host's bit
 for bit; with libm, whose sin and cos differ, to rounding; in float within a tolerance of the double results.
 On the Cortex-M7 the stack is measured by painting it, and has to be what the banner states.
 Last, the usual text on aarch64: its kernel of two lanes against the one of a single state.
@@ -19,7 +19,7 @@ import sys
 
 STATES = 20
 M7 = ['arm-none-eabi-gcc', '-mcpu=cortex-m7', '-mfpu=fpv5-d16', '-mfloat-abi=hard', '-O2']
-VARIANTS = {'libm': [], 'own-trig': ['--own-trig'], 'float': ['--own-trig', '--float']}
+VARIANTS = {'libm': ['--functions', 'libm'], 'sines': [], 'float': ['--float']}
 # Largest difference over largest entry.  libm: other last bits of sin and cos, seen 4e-16 and 2e-15; in float seen
 # 3e-7 and 9e-7.
 TOLERANCE = {'libm': {'rnea': 4e-15, 'fd-derivatives': 2e-14}, 'float': {'rnea': 3e-6, 'fd-derivatives': 1e-5}}
@@ -144,9 +144,9 @@ def main():
                     report(bits == host_bits and bits, head, "the host's bits")
             if variant == 'libm':
                 double = host
-            elif variant == 'own-trig':
+            elif variant == 'sines':
                 error = difference(host, double)
-                report(error <= TOLERANCE['libm'][function], f"{function} own-trig host: differs from libm's by {error:.1e}")
+                report(error <= TOLERANCE['libm'][function], f"{function} sines host: differs from libm's by {error:.1e}")
             else:
                 error = difference(host, double)
                 report(error <= TOLERANCE['float'][function], f'{function} float: differs from double by {error:.1e}')

@@ -6,6 +6,7 @@
  *   compile with  -ffp-contract=off -fno-tree-vectorize -fno-tree-slp-vectorize -fno-math-errno
  *                 -fno-builtin-cos -fno-builtin-sin
  *                 and never -ffast-math
+ *   sin and cos   with the same bits on every processor
  *
  * inputs
  *   x        4 variables: position, angle, rate, force
@@ -165,59 +166,278 @@ DT_INLINE real dt_blend(dt_words mask, real a, real b, int a_is_constant) {
 #define DT_CLEAR(a) (void)(a)
 #endif
 
-#ifdef __GLIBC__
-#define DT_SINCOS __GLIBC_PREREQ(2, 28)
+#if DYNTAPE_LANES > 1
+#define DT_WIDTH DYNTAPE_LANES
+#elif defined(__AVX__)
+#define DT_WIDTH 4
+#elif defined(__SSE2__) || (defined(__aarch64__) && defined(__GNUC__))
+#define DT_WIDTH 2
 #else
-#define DT_SINCOS 0
+#define DT_WIDTH 1
 #endif
-#if DT_SINCOS && !defined(__cplusplus)
-extern void sincos(double, double*, double*);
-#elif !DT_SINCOS
-static __attribute__((unused)) void dt_two(double x, double* s, double* c) {
-  *s = sin(x);
-  *c = cos(x);
+#if DT_WIDTH > 1
+typedef double dt_vector __attribute__((vector_size(8 * DT_WIDTH)));
+typedef int64_t dt_vector_words __attribute__((vector_size(8 * DT_WIDTH)));
+#define DT_HELPER static __inline__ __attribute__((unused))
+#else
+typedef double dt_vector;
+#define DT_HELPER static
+#endif
+
+#if DYNTAPE_LANES > 1 || DT_WIDTH == 1
+#define DT_OF(f, m, k, x) f(x)
+#else
+#define DT_OF(f, m, k, x) m##_##f[(k) / DT_WIDTH][(k) % DT_WIDTH]
+#endif
+
+/* sin and cos: the same bits on every processor. */
+typedef double dt_number;
+typedef union dt_parts { double value; uint64_t bits; } dt_parts;
+#define DT_MANTISSA 52
+#define DT_EXPONENT 0x7ffu
+#define DT_TOP_DIGITS(bits) (((uint32_t)((bits) >> 32) & 0xfffffu) | 0x100000u)
+#define DT_LOW_DIGITS(bits) ((uint32_t)(bits))
+#define DT_WORDS 6 /* of a product with 2 / pi that are looked at */
+#define DT_SPLIT 134217729.0
+#define DT_CONST(c) c
+#define DT_HALF_PI 1.5707963267948966
+#define DT_HALF_PI_REST 6.123233995736766e-17
+/* (r - sin(r)) / r^3 and (cos(r) - 1 + r^2 / 2) / r^4, of z = r^2 and zz = z^2. */
+#define DT_SIN(z, zz) \
+  ((0.16666666666666632 + (z) * -0.008333333333322488) + \
+   (zz) * ((0.00019841269829855906 + (z) * -2.7557313706170337e-06) + \
+           (zz) * (2.505076008939275e-08 + (z) * -1.589689934029946e-10)))
+#define DT_COS(z, zz) \
+  ((0.0416666666666666 + (z) * -0.0013888888888874472) + \
+   (zz) * ((2.4801587289669243e-05 + (z) * -2.7557314400162656e-07) + \
+           (zz) * (2.0875724293875604e-09 + (z) * -1.1359103788894843e-11)))
+
+/* The bits of 2 / pi, behind two words of zeros. */
+static const uint32_t dt_two_over_pi[39] = {
+  0u, 0u, 0xa2f9836eu, 0x4e441529u, 0xfc2757d1u, 0xf534ddc0u, 0xdb629599u, 0x3c439041u, 0xfe5163abu,
+  0xdebbc561u, 0xb7246e3au, 0x424dd2e0u, 0x06492eeau, 0x09d1921cu, 0xfe1deb1cu, 0xb129a73eu, 0xe88235f5u,
+  0x2ebb4484u, 0xe99c7026u, 0xb45f7e41u, 0x3991d639u, 0x835339f4u, 0x9c845f8bu, 0xbdf9283bu, 0x1ff897ffu,
+  0xde05980fu, 0xef2f118bu, 0x5a0a6d1fu, 0x6d367ecfu, 0x27cb09b7u, 0x4f463f66u, 0x9e5fea2du, 0x7527bac7u,
+  0xebe5f17bu, 0x3d0739f7u, 0x8a5292eau, 0x6bfb5fb1u, 0x1f8d5d08u, 0x56033046u};
+#define DT_ZEROS 64
+
+/* a b = product + *error, exactly. */
+static dt_number dt_product(dt_number a, dt_number b, dt_number* error) {
+  const dt_number product = a * b;
+  const dt_number a_split = DT_SPLIT * a, a_high = a_split - (a_split - a), a_low = a - a_high;
+  const dt_number b_split = DT_SPLIT * b, b_high = b_split - (b_split - b), b_low = b - b_high;
+  *error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low;
+  return product;
 }
-#define sincos(x, s, c) dt_two(x, s, c)
-#endif
-#if DYNTAPE_LANES == 1
-#define dt_sincos(x, s, c) sincos(x, s, c)
+
+/* x = quadrant pi / 2 + *r + *low for any x beyond pi / 4.  With x = m 2^e, the bits of 2 / pi before the one
+ * of weight 2^(1 - e) make multiples of four, which change nothing. */
+static unsigned dt_reduce_any(dt_number x, dt_number* r, dt_number* low) {
+  uint32_t word[DT_WORDS], above = 0, flip;
+  uint64_t carry = 0;
+  unsigned first, shift, quadrant;
+  dt_number fraction = DT_CONST(0.0), rest = DT_CONST(0.0), scale = DT_CONST(4.0), error;
+  dt_parts parts;
+  int i;
+  parts.value = x;
+  first = (unsigned)(parts.bits >> DT_MANTISSA) & DT_EXPONENT;
+  first = first + DT_ZEROS - 2 - (DT_EXPONENT / 2 + DT_MANTISSA);
+  shift = first % 32;
+  for (i = 0; i < DT_WORDS; ++i) {
+    const uint32_t* const bits = dt_two_over_pi + first / 32 + i;
+    word[i] = shift ? bits[0] << shift | bits[1] >> (32 - shift) : bits[0];
+  }
+  for (i = DT_WORDS; i-- > 0;) { /* times m */
+    const uint64_t a = (uint64_t)word[i] * DT_LOW_DIGITS(parts.bits);
+    const uint64_t b = (uint64_t)above * DT_TOP_DIGITS(parts.bits);
+    const uint64_t sum = (a & 0xffffffffu) + (b & 0xffffffffu) + (carry & 0xffffffffu);
+    carry = (a >> 32) + (b >> 32) + (carry >> 32) + (sum >> 32);
+    above = word[i];
+    word[i] = (uint32_t)sum;
+  }
+  /* Two bits of quadrant, then the fraction; from a half on, what is missing to the next quadrant. */
+  quadrant = word[0] >> 30;
+  flip = word[0] & 0x20000000u ? 0xffffffffu : 0u;
+  quadrant += flip & 1u;
+  word[0] = (word[0] ^ flip) & 0x3fffffffu;
+  for (i = 1; i < DT_WORDS; ++i) word[i] ^= flip;
+  for (i = 0; i < 2 * DT_WORDS; ++i) {
+    const uint32_t half = i % 2 ? word[i / 2] & 0xffffu : word[i / 2] >> 16;
+    const dt_number before = fraction, part = (dt_number)(int)half * (scale *= DT_CONST(0.0000152587890625));
+    fraction = before + part;
+    rest += part - (fraction - before);
+  }
+  *low = dt_product(fraction, DT_HALF_PI, &error);
+  error += fraction * DT_HALF_PI_REST + rest * DT_HALF_PI;
+  *r = *low + error;
+  *low = (*low - *r) + error;
+  if ((flip != 0u) != (x < 0)) {
+    *r = -*r;
+    *low = -*low;
+  }
+  return x < 0 ? 0u - quadrant : quadrant;
+}
+/* x = n pi / 2 + *r + *low for a size of x below 1e3, where n of ten bits makes exact products. */
+static unsigned dt_reduce_few(double x, double* r, double* low) {
+  const double n = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0;
+  const double left = x - n * 1.5707963267948344, less = n * 6.223372171896261e-14, d = left - less, part = d - left;
+  *r = d;
+  *low = ((left - (d - part)) - (less + part)) - n * 3.5215598651832e-27;
+  return (unsigned)(int)n;
+}
+
+/* a - b, and in *rest what rounding lost. */
+static double dt_less(double a, double b, double* rest) {
+  const double difference = a - b, part = difference - a;
+  *rest += (a - (difference - part)) - (b + part);
+  return difference;
+}
+
+/* The same for any x; up to 1e6 with pi / 2 in parts of 33 bits. */
+static unsigned dt_reduce(double x, double* r, double* low) {
+  double rest = 0.0, left;
+  int n;
+  if (x < 1e3 && x > -1e3) return dt_reduce_few(x, r, low);
+  if (x >= 1e6 || x <= -1e6) return dt_reduce_any(x, r, low);
+  n = (int)(x * 0.6366197723675814 + (x < 0 ? -0.5 : 0.5));
+  left = x - n * 1.5707963267341256;
+  left = dt_less(left, n * 6.077100506303966e-11, &rest);
+  left = dt_less(left, n * 2.0222662487111665e-21, &rest);
+  rest -= n * 8.4784276603689e-32;
+  *r = left + rest;
+  *low = (left - *r) + rest;
+  return (unsigned)n;
+}
+/* sin(x + quadrant pi / 2). */
+static dt_number dt_circular(dt_number x, unsigned quadrant) {
+  dt_number r, low, z, half, value;
+  if (!(x - x == 0)) return x - x; /* infinite or NaN */
+  quadrant += dt_reduce(x, &r, &low);
+  z = r * r;
+  half = DT_CONST(0.5) * z;
+  if (quadrant & 1u) {
+    const dt_number most = DT_CONST(1.0) - half;
+    value = most + (((DT_CONST(1.0) - most) - half) + (z * z * DT_COS(z, z * z) - r * low));
+  } else {
+    value = r - (r * z * DT_SIN(z, z * z) + (half * low - low));
+  }
+  return quadrant & 2u ? -value : value;
+}
+#define sin(a) dt_circular(a, 0u)
+#define cos(a) dt_circular(a, 1u)
+static __inline__ __attribute__((unused)) void dt_circle(dt_number x, dt_number* s, dt_number* c) {
+  dt_number r, low, z, half, most, sine, cosine, odd, even;
+  unsigned quadrant;
+  if (!(x - x == 0)) { /* infinite or NaN */
+    *s = *c = x - x;
+    return;
+  }
+  quadrant = dt_reduce(x, &r, &low);
+  z = r * r;
+  half = DT_CONST(0.5) * z;
+  most = DT_CONST(1.0) - half;
+  sine = r - (r * z * DT_SIN(z, z * z) + (half * low - low));
+  cosine = most + (((DT_CONST(1.0) - most) - half) + (z * z * DT_COS(z, z * z) - r * low));
+  even = quadrant & 1u ? cosine : sine;
+  odd = quadrant & 1u ? sine : cosine;
+  *s = quadrant & 2u ? -even : even;
+  *c = (quadrant + 1u) & 2u ? -odd : odd;
+}
+#if DT_WIDTH > 1
+/* Whether a word of a mask is set. */
+static __inline__ __attribute__((unused)) int dt_any(dt_vector_words mask) {
+#if DT_WIDTH == 8 && defined(__AVX512F__)
+  unsigned char set;
+  __asm__("vptestmq %1, %1, %0" : "=k"(set) : "v"(mask));
+  return set;
+#elif DT_WIDTH == 4 && defined(__AVX__)
+  int set;
+  __asm__("vmovmskpd %1, %0" : "=r"(set) : "x"(mask));
+  return set;
+#elif DT_WIDTH == 2 && defined(__SSE2__)
+  int set;
+  __asm__("movmskpd %1, %0" : "=r"(set) : "x"(mask));
+  return set;
 #else
-static __attribute__((unused)) void dt_sincos(real x, real* s, real* c) {
-  double a[DYNTAPE_LANES], b[DYNTAPE_LANES];
+  int lane, set = 0;
+  for (lane = 0; lane < DT_WIDTH; ++lane) set |= mask[lane] != 0;
+  return set;
+#endif
+}
+
+static __attribute__((unused, noinline)) void dt_turn_each(dt_vector x, dt_vector* s, dt_vector* c) {
   int lane;
-  *(reals*)a = x;
-  DT_LEAVE(a);
-  for (lane = 0; lane < DYNTAPE_LANES; ++lane) sincos(a[lane], &a[lane], &b[lane]);
-  *s = *(const reals*)a;
-  *c = *(const reals*)b;
+  for (lane = 0; lane < DT_WIDTH; ++lane) {
+    const double one = x[lane];
+    (*s)[lane] = dt_circular(one, 0u);
+    (*c)[lane] = dt_circular(one, 1u);
+  }
+}
+
+static __inline__ __attribute__((unused, always_inline)) void dt_turn(dt_vector x, dt_vector* s, dt_vector* c) {
+  const dt_vector turned = x * 0.6366197723675814 + 6755399441055744.0, n = turned - 6755399441055744.0;
+  const dt_vector left = x - n * 1.5707963267948344, less = n * 6.223372171896261e-14, r = left - less, part = r - left;
+  const dt_vector low = ((left - (r - part)) - (less + part)) - n * 3.5215598651832e-27;
+  const dt_vector z = r * r, zz = z * z, half = 0.5 * z, most = 1.0 - half;
+  const dt_vector sine = r - (r * z * DT_SIN(z, zz) + (half * low - low));
+  const dt_vector cosine = most + (((1.0 - most) - half) + (zz * DT_COS(z, zz) - r * low));
+  const dt_vector_words quadrant = (dt_vector_words)turned, odd = -(quadrant & 1);
+  if (dt_any(~((dt_vector_words)((dt_vector)((dt_vector_words)x & 0x7fffffffffffffff) < 1e3)))) {
+    dt_turn_each(x, s, c);
+    return;
+  }
+  *s = (dt_vector)(((odd & (dt_vector_words)cosine) | (~odd & (dt_vector_words)sine)) ^ ((quadrant & 2) << 62));
+  *c = (dt_vector)(((odd & (dt_vector_words)sine) | (~odd & (dt_vector_words)cosine)) ^ (((quadrant + 1) & 2) << 62));
 }
 #endif
 
+#if DT_WIDTH > 1
+static __attribute__((unused, noinline)) void dt_sines(dt_vector x, dt_vector* s, dt_vector* c) {
+  dt_turn(x, s, c);
+#if DYNTAPE_LANES == 1
+  DT_CLEAR(*s);
+#endif
+}
+#endif
 #if DYNTAPE_LANES > 1
-#define DT_EACH_1(f) \
-  static __attribute__((unused)) real dt_##f(real x) { \
-    double a[DYNTAPE_LANES]; \
-    int lane; \
-    *(reals*)a = x; \
-    DT_LEAVE(a); \
-    for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane]); \
-    return *(const reals*)a; \
-  }
-#define DT_EACH_2(f) \
-  static __attribute__((unused)) real dt_##f(real x, real y) { \
-    double a[DYNTAPE_LANES], b[DYNTAPE_LANES]; \
-    int lane; \
-    *(reals*)a = x; \
-    *(reals*)b = y; \
-    DT_LEAVE(a); \
-    DT_LEAVE(b); \
-    for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane], b[lane]); \
-    return *(const reals*)a; \
-  }
-DT_EACH_1(sin)
-DT_EACH_1(cos)
+static __attribute__((unused, noinline)) real dt_sin(real x) {
+  real s, c;
+  dt_turn(x, &s, &c);
+  return s;
+}
+static __attribute__((unused, noinline)) real dt_cos(real x) {
+  real s, c;
+  dt_turn(x, &s, &c);
+  return c;
+}
+#undef sin
+#undef cos
 #define sin(a) dt_sin(DT_ALL(a))
 #define cos(a) dt_cos(DT_ALL(a))
+#define dt_sincos(x, s, c) dt_sines(x, s, c)
+#else
+#define dt_sincos(x, s, c) dt_circle(x, s, c)
+#endif
+#if DYNTAPE_LANES > 1 || DT_WIDTH == 1
+#define DT_TURNS(m, n, a, b, c, d, e, f, g, h)
+#define DT_TURN(m, k, x, s, c) dt_sincos(x, s, c)
+#else
+#define DT_TURN(m, k, x, s, c) (*(s) = DT_OF(sin, m, k, x), *(c) = DT_OF(cos, m, k, x))
+#if DT_WIDTH == 4
+#define DT_TURNS(m, n, a, b, c, d, e, f, g, h) \
+  const dt_vector m##0 = {a, b, c, d}, m##1 = {e, f, g, h}; \
+  dt_vector m##_sin[2], m##_cos[2]; \
+  dt_sines(m##0, m##_sin, m##_cos); \
+  if (n > 4) dt_sines(m##1, m##_sin + 1, m##_cos + 1)
+#else
+#define DT_TURNS(m, n, a, b, c, d, e, f, g, h) \
+  const dt_vector m##0 = {a, b}, m##1 = {c, d}, m##2 = {e, f}, m##3 = {g, h}; \
+  dt_vector m##_sin[4], m##_cos[4]; \
+  dt_sines(m##0, m##_sin, m##_cos); \
+  if (n > 2) dt_sines(m##1, m##_sin + 1, m##_cos + 1); \
+  if (n > 4) dt_sines(m##2, m##_sin + 2, m##_cos + 2); \
+  if (n > 6) dt_sines(m##3, m##_sin + 3, m##_cos + 3)
+#endif
 #endif
 
 DT_PIECE void DT_NAME(dt_value_1)(

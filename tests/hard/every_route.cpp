@@ -115,9 +115,11 @@ EveryRoute::EveryRoute(const Function& function, Order order, const RouteOptions
   how.use_cache = false;
   how.route = Route::kInterpreter;
   exact_.push_back(CompiledFunction::make(function, how));
-  how.functions = Functions::kPortable;
-  near_.push_back(CompiledFunction::make(function, how));
-  how.functions = Functions::kLibm;
+  for (const Functions functions : {Functions::kPortable, Functions::kLibm}) {
+    how.functions = functions;
+    near_.push_back(CompiledFunction::make(function, how));
+  }
+  how.functions = kDefaultFunctions;
   if (function.guards.empty() && function.n_p() == 0) {
     const auto callee = recorded_callee(function);
     const Function caller =

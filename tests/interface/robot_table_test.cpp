@@ -4,15 +4,18 @@
 // derived recording of their value, everything against 113 bits, names against sizes.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <random>
 #include <set>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/codegen/compiled_function.h>
 #include <dyntape/dynamics/algebra/float128.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/packs/packed_robot.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
@@ -106,6 +109,54 @@ TEST(RobotTable, RecordingsAgreeWithPlainCode) {
       EXPECT_LE(error(tape(state), plain(state), outputs(model, function)), 1e-11) << "seed 1";
     }
   });
+}
+
+// Joints at random, many turns on, and beyond what the quick reduction of an angle reaches; a column a state.
+Eigen::MatrixXd turned_states(const Model<double>& model, const RobotFunction& function,
+                              std::mt19937_64& random) {
+  constexpr int kStates = 13;  // whole registers and a rest
+  Eigen::MatrixXd states(static_cast<Eigen::Index>(input_names(model, function).size()), kStates);
+  for (int k = 0; k < kStates; ++k) {
+    VectorXd state = random_state(model, function, random);
+    const int base = model.nq == model.nv ? 0 : 7;
+    state.segment(base, model.nq - base) *= std::array{1.0, 250.0, 1e5, 1e12}[std::size_t(k % 4)];
+    states.col(k) = state;
+  }
+  return states;
+}
+
+// Plain double, packs, the interpreter, machine code and compiled C, one state at a time and in lanes; nothing is asked for.
+TEST(RobotTable, EveryRouteHasTheBitsOfPlainCodeByDefault) {
+  std::mt19937_64 random(4);
+  for (const Model<double>& model : robots()) {
+    for (const RobotFunction& function : {RobotFunction::kRnea, RobotFunction::kAba, RobotFunction::kCrba,
+                                          RobotFunction::kIdDerivatives, RobotFunction::kFdDerivatives}) {
+      SCOPED_TRACE(model.name + " " + to_string(function));
+      const Function recorded = record_robot_function(model, function, RobotSource::kAnalytic);
+      const Eigen::MatrixXd states = turned_states(model, function, random);
+      const Eigen::Index n = states.cols();
+      Eigen::MatrixXd plain(static_cast<Eigen::Index>(recorded.n_y()), n), found(plain);
+      for (Eigen::Index k = 0; k < n; ++k) plain.col(k) = evaluate_analytic(model, function, states.col(k));
+
+      PackedRobot packs(model, function);
+      packs.evaluate(states.data(), std::size_t(n), found.data());
+      EXPECT_TRUE(found == plain) << "packs, seed 4";
+      for (const Route route : {Route::kInterpreter, Route::kMachineCode, Route::kCompiled}) {
+        CodegenOptions options;
+        options.order = Order::kValue;
+        options.route = route;
+        options.lanes = Lanes::kNative;
+        const CompiledFunction f = CompiledFunction::make(recorded, options);
+        CompiledFunction::Workspace room(f);
+        for (Eigen::Index k = 0; k < n; ++k)
+          f.value(states.col(k).data(), nullptr, found.col(k).data(), room);
+        EXPECT_TRUE(found == plain) << to_string(route) << ", one by one, seed 4";
+        found.setZero();
+        f.check(f.run(Order::kValue, {.count = std::size_t(n), .x = states.data(), .y = found.data()}, room));
+        EXPECT_TRUE(found == plain) << to_string(route) << ", many at once, seed 4";
+      }
+    }
+  }
 }
 
 TEST(RobotTable, PlainCodeAgreesWith113Bits) {

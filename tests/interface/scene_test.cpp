@@ -212,6 +212,7 @@ TEST(Scenes, PortableFunctionsMoveTheLastBitAndHaveTheSameOnesOnEveryRoute) {
   EXPECT_LT((portable - libm).cwiseAbs().maxCoeff(), 1e-10);
   EXPECT_TRUE(portable == moved("portable", "interpreter"));
   EXPECT_TRUE(portable == moved("portable", "compiled"));
+  EXPECT_TRUE(portable == moved("sines", "compiled")) << "a pendulum has no other functions";
 }
 
 // Forces that cancel leave a rounding that is large beside velocities of nothing.
@@ -303,7 +304,7 @@ TEST(Scenes, SayWhatIsWrongWithItsPlace) {
       {pendulum_with("contacts\n{\n contact\n {\n frames \"\"\n stiffness 1\n }\n}"), "names no link"},
       {pendulum_with("gravity off", "duration 1\n}\nevaluation\n{\nlanes native"), "lanes"},
       {pendulum_with("gravity off", "duration 1\n}\nevaluation\n{\nfunctions sleef"),
-       "valid are 'libm', 'portable'"},
+       "valid are 'sines', 'libm', 'portable'"},
       {pendulum_with("gravity off", "duration 1\nstep 0.3"), "not made of whole steps"},
       {pendulum_with("gravity off", "duration 1\nsample 1e17"), "longer than the duration"},
       {pendulum_with("contacts\n{\n normal \"0 0 0\"\n contact\n {\n frames tip\n stiffness 1\n }\n}"),

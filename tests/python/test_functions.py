@@ -246,7 +246,9 @@ def test_portable_functions_differ_in_the_last_bit_at_most(random):
     assert np.abs(a - b).max() < 4e-16
     alone = np.array([portable(one) for one in x])
     assert np.array_equal(alone, b) and np.array_equal(portable.compile(lanes=True, functions="portable")(x), b)
-    with pytest.raises(dyntape.ArgumentError, match='functions "sleef" do not exist; there are libm and portable'):
+    by_default = dyntape.record(lambda x: np.sin(x) * np.cos(x[::-1]), 3)
+    assert np.array_equal(by_default(x), b) and np.array_equal(by_default.compile(route="compiled")(x), b)
+    with pytest.raises(dyntape.ArgumentError, match='functions "sleef" do not exist; there are sines, libm and portable'):
         portable.compile(functions="sleef")
 
 

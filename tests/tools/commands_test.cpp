@@ -155,17 +155,17 @@ TEST(Generate, WritesCThatCompilesByItself) {
   EXPECT_EQ(std::system(compile.c_str()), 0);
 }
 
-TEST(Generate, OwnTrigNeedsNothingButItsText) {
+TEST(Generate, SinesAreInTheText) {
   const Scratch scratch;
   const auto run = run_dyntape({"generate", config("robots/double_pendulum.urdf"), "--function", "aba",
-                                "--own-trig", "--output", scratch / "c", "--json"});
+                                "--output", scratch / "c", "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
   const std::string source = json::parse(run.out)["files"][0].get<std::string>();
   const std::string compile =
       "gcc -std=c99 -Wall -Wextra -Werror -shared -fPIC -nostdlib -Wl,--no-undefined -o /dev/null " + source;
   EXPECT_EQ(std::system(compile.c_str()), 0) << "no function of libm is called";
-  EXPECT_EQ(run_dyntape({"generate", config("robots/double_pendulum.urdf"), "--function", "aba", "--own-trig",
-                         "--casadi", "--output", scratch / "d"})
+  EXPECT_EQ(run_dyntape({"generate", config("robots/double_pendulum.urdf"), "--function", "aba",
+                         "--functions", "sleef", "--output", scratch / "d"})
                 .status,
             2);
 }
@@ -182,7 +182,7 @@ TEST(Generate, EmbeddedTextIsPlainFunctionsWithTheirStack) {
     all.insert(all.end(), more.begin(), more.end());
     return run_dyntape(all);
   };
-  const auto run = with({"--embedded", "--float", "--own-trig", "--cross", "gcc -O1"});
+  const auto run = with({"--embedded", "--float", "--cross", "gcc -O1"});
   ASSERT_EQ(run.status, 0) << run.err;
   const json report = json::parse(run.out);
   ASSERT_EQ(report["functions"].size(), 2u);

@@ -26,11 +26,11 @@ namespace {
 struct GenerateOptions {
   RobotOptions robot;
   FunctionOptions function;
-  std::string profile = "strict", output;
+  std::string profile = "strict", functions = to_string(kDefaultFunctions), output;
   int order = 0;
   bool json = false, yes = false, nonzeros = false;
 
-  bool embedded = false, casadi = false, single = false, own_trig = false;
+  bool embedded = false, casadi = false, single = false;
   std::string cross;  // compiler and flags that the stack is measured with
 };
 
@@ -79,7 +79,6 @@ void check_size(const GenerateOptions& options, const codegen::Source& source) {
 void run_embedded(const GenerateOptions& options, const Function& recorded, const CodegenOptions& codegen) {
   codegen::EmbeddedOptions how;
   how.single = options.single;
-  how.own_trig = options.own_trig;
   const codegen::EmbeddedSource unmeasured = generate_embedded(recorded, codegen, how);
   check_size(options, unmeasured.source);
   how.stack = stack_of(unmeasured, options.cross);
@@ -144,6 +143,7 @@ void run(const GenerateOptions& options) {
   CodegenOptions codegen;
   codegen.order = order_from(options.order);
   codegen.profile = profile_from(options.profile);
+  codegen.functions = functions_from(options.functions);
   const bool has_compiler = codegen::find_compiler("", {}).has_value();
   codegen.route = has_compiler ? Route::kCompiled : Route::kMachineCode;  // to count what the text holds
   codegen.label = robot.model.name + "_" + options.function.name;
@@ -154,7 +154,6 @@ void run(const GenerateOptions& options) {
   const double record_seconds = seconds_since(start);
   if (options.embedded) return run_embedded(options, recorded, codegen);
   if (options.casadi) return run_casadi(options, robot.model, function, recorded, codegen);
-  if (options.own_trig) codegen.functions = Functions::kPortable;
   const codegen::Source source = generate_source(recorded, codegen);
   check_size(options, source);
   const std::vector<std::string> files = write_source(source, options.output);
@@ -216,6 +215,13 @@ void add_generate(CLI::App& app) {
   add_choice(*command, "--profile", options->profile,
              "strict: bit-equal to the interpreter; fast: within a tolerance", {"strict", "fast"})
       ->capture_default_str();
+  add_choice(
+      *command, "--functions", options->functions,
+      "sines: sin and cos in the text, within 0.82 ulp, with the same bits on every processor, quicker "
+      "than libm's, others libm's; libm: all libm's; portable: others SLEEF's, with the same bits on "
+      "every processor (link with -lsleef)",
+      {"sines", "libm", "portable"})
+      ->capture_default_str();
   add_path(*command, "--output", options->output, "where the .c and .h go", "DIR")->required();
   CLI::Option* const embedded = command->add_flag(
       "--embedded", options->embedded,
@@ -230,11 +236,6 @@ void add_generate(CLI::App& app) {
       "exact Hessians; NAME.c and, where there is a compiler, NAME.so");
   casadi->excludes(embedded)->excludes(nonzeros);
   command->add_flag("--float", options->single, "embedded: float instead of double")->needs(embedded);
-  command
-      ->add_flag("--own-trig", options->own_trig,
-                 "sin and cos in the text, within 0.82 ulp, with the same bits on every processor, quicker "
-                 "than libm's; without --embedded other functions are SLEEF's: link with -lsleef")
-      ->excludes(casadi);
   command
       ->add_option(
           "--cross", options->cross,

@@ -6,6 +6,7 @@
 #include <set>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/own_sines.h>
 #include <dyntape/interface/io/number.h>
 
 namespace dyntape {
@@ -154,7 +155,7 @@ Term minimum_time(double weight) {
     throw ArgumentError("the weight of the time is " + std::to_string(weight) +
                         ", expected a positive number");
   return terminal_squares("time", [weight](const auto& s) {
-    using std::sqrt, std::log, std::cos, std::sin;
+    using std::sqrt, std::log, own::cos, own::sin;
     using T = std::decay_t<decltype(s.t)>;
     const T root = sqrt(s.t * weight), turn = log(s.t);
     return vector(T(root * cos(turn)), T(root * sin(turn)));

@@ -16,7 +16,9 @@ namespace {
 
 // The statements of a function, without what they stand in.
 std::string statements_of(const Function& function, const PrintedNames& names, bool single) {
-  const codegen::Schedule order = codegen::schedule(function, {{0, function.outputs.size()}}, SIZE_MAX);
+  // Where the statements will stand sin is libm's.
+  const codegen::Schedule order =
+      codegen::schedule(function, {{0, function.outputs.size()}}, SIZE_MAX, Functions::kLibm);
   const std::map<const Callee*, codegen::CalleeText> none;
   const codegen::BodyStyle style{{names.independent, "p", "w"},
                                  {{names.dependent, "results", 0, function.outputs.size()}},

@@ -117,10 +117,12 @@ EvaluationKeys read_evaluation(Section& file, PointsAtOnce points) {
     keys.options.functions =
         block
             .about(
-                "libm: the C library's sines and the like; portable: the same bits on every processor, "
-                "quicker")
-            .choice_or<Functions>("functions", "libm",
-                                  {{"libm", Functions::kLibm}, {"portable", Functions::kPortable}});
+                "sines: sine and cosine of dyntape's own, the C library's others; libm: all of the C "
+                "library; portable: the same bits on every processor, quickest in lanes")
+            .choice_or<Functions>("functions", to_string(kDefaultFunctions),
+                                  {{"sines", Functions::kSines},
+                                   {"libm", Functions::kLibm},
+                                   {"portable", Functions::kPortable}});
   if (points == PointsAtOnce::kOne) return keys;
   keys.options.lanes =
       block.about("points side by side in registers: longer to compile, several times as fast")

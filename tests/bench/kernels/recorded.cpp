@@ -97,10 +97,10 @@ struct Variant {
   Functions functions;
   Lanes lanes = Lanes::kNone;
 };
-constexpr Variant kVariants[] = {{"generated", Profile::kStrict, Functions::kLibm},
-                                 {"generated, portable", Profile::kStrict, Functions::kPortable},
-                                 {"generated, fast", Profile::kFast, Functions::kLibm},
-                                 {"generated, fast, portable", Profile::kFast, Functions::kPortable},
+constexpr Variant kVariants[] = {{"generated", Profile::kStrict, kDefaultFunctions},
+                                 {"generated, libm", Profile::kStrict, Functions::kLibm},
+                                 {"generated, fast", Profile::kFast, kDefaultFunctions},
+                                 {"generated, fast, libm", Profile::kFast, Functions::kLibm},
                                  {"lanes", Profile::kStrict, Functions::kPortable, Lanes::kNative},
                                  {"lanes, fast", Profile::kFast, Functions::kPortable, Lanes::kNative}};
 
