@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes the text of files into the pages that show them: the fenced block below each `<!-- file: PATH -->` of docs/.
 
-    included_files.py            writes the blocks anew
-    included_files.py --check    exit status 1 if a block differs from its file
+    pages.py            writes the blocks anew
+    pages.py --check    exit status 1 if a block differs from its file, or a link of a page leads nowhere in the repository
 """
 import pathlib
 import re
@@ -12,6 +12,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r'^<!-- file: (\S+) -->\n(?:```\w*\n.*?^```\n)?', re.MULTILINE | re.DOTALL)
 LANGUAGES = {'.py': 'python', '.cpp': 'cpp', '.h': 'cpp', '.txt': 'cmake', '.sh': 'bash'}
+LINK = re.compile(r'\]\((?![a-z]+:)([^)#\s]+)')
+CODE = re.compile(r'^```.*?^```|`[^`\n]*`', re.MULTILINE | re.DOTALL)
 LICENCE = re.compile(r'\A(?:#!.*\n)?(?://|#) SPDX.*\n(?:(?://|#)\n)?\n*')
 
 
@@ -20,17 +22,24 @@ def block(match):
     return f'{match.group(0).splitlines()[0]}\n```{LANGUAGES.get(path.suffix, "")}\n{LICENCE.sub("", path.read_text()).rstrip()}\n```\n'
 
 
+def dead_links():
+    for page in (*ROOT.glob('*.md'), *(ROOT / 'docs').rglob('*.md')):
+        for target in LINK.findall(CODE.sub('', page.read_text())):
+            if not (page.parent / target).exists():
+                yield f'{page.relative_to(ROOT)}: no {target}'
+
+
 def main():
-    old = []
+    is_check, old = '--check' in sys.argv, []
     for page in sorted((ROOT / 'docs').rglob('*.md')):
         text = page.read_text()
         new = BLOCK.sub(block, text)
         if new != text:
-            old.append(page.relative_to(ROOT).as_posix())
-            if '--check' not in sys.argv:
+            old.append(f'{page.relative_to(ROOT)}: a block differs from its file; run tools/pages.py')
+            if not is_check:
                 page.write_text(new)
-    if old and '--check' in sys.argv:
-        sys.exit(f'blocks differ from the files that they show in {", ".join(old)}: run tools/included_files.py')
+    if is_check and (problems := old + sorted(dead_links())):
+        sys.exit('\n'.join(problems))
 
 
 main()
