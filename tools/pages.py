@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r'^<!-- file: (\S+) -->\n(?:```\w*\n.*?^```\n)?', re.MULTILINE | re.DOTALL)
 LANGUAGES = {'.py': 'python', '.cpp': 'cpp', '.h': 'cpp', '.txt': 'cmake', '.sh': 'bash'}
 LINK = re.compile(r'\]\((?![a-z]+:)([^)#\s]+)')
-CODE = re.compile(r'^```.*?^```|`[^`\n]*`', re.MULTILINE | re.DOTALL)
+CODE = re.compile(r'^ *```.*?^ *```|`[^`\n]*`', re.MULTILINE | re.DOTALL)
 LICENCE = re.compile(r'\A(?:#!.*\n)?(?://|#) SPDX.*\n(?:(?://|#)\n)?\n*')
 
 

@@ -13,9 +13,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FENCE = re.compile(r'^```cpp\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r'^ *```cpp\n(.*?)^ *```$', re.MULTILINE | re.DOTALL)
 TOP = re.compile(r'^(?:#include.*|namespace \w+ = .*|using namespace .*)\n?', re.MULTILINE)
 
 
@@ -23,7 +24,7 @@ def units(page):
     """Programs of the page, and one unit of all its other blocks."""
     text, head, body = page.read_text(), [], []
     for match in FENCE.finditer(text):
-        block, line = match.group(1), text.count('\n', 0, match.start()) + 2
+        block, line = textwrap.dedent(match.group(1)), text.count('\n', 0, match.start()) + 2
         where = f'#line {line} "{page.relative_to(ROOT)}"\n'
         if 'int main(' in block:
             yield where + block
