@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Sine and cosine of dyntape's own: the same bits on every processor, which the interpreter, generated code, packs and the
-// algorithms of dynamics/ have too.  Within 0.80 ulp of the true value, floats within 0.82, however large x is
+// algorithms of dynamics/ have too.  Within 0.81 ulp of the true value, floats within 0.82, however large x is
 // (scalars/sines.h).
 //
 //   using dyntape::own::cos, dyntape::own::sin;      // in a template that runs on double and on recorded numbers, in the

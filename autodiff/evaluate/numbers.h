@@ -7,8 +7,8 @@
 //
 // The view is valid as long as the numbers; a list in braces is valid until the end of the statement.
 //
-// ArgumentError: the entries of an Eigen vector are not adjacent in memory, as in a row of a matrix.  Copy such a
-// vector with .eval().
+// ArgumentError: the entries of an Eigen object are not adjacent in memory, as in a row or a block of a matrix;
+// copy it with .eval().  A whole matrix is a vector in its own storage order.
 #pragma once
 
 #include <concepts>
@@ -32,7 +32,9 @@ class Numbers {
   Numbers(const Values& values)  // NOLINT: an argument of any of these types
       : data_(values.data()), size_(static_cast<std::size_t>(values.size())) {
     if constexpr (requires { values.innerStride(); }) {
-      if (values.innerStride() != 1 && size_ > 1)
+      const bool has_gaps = (values.innerStride() != 1 && size_ > 1) ||
+                            (values.outerSize() > 1 && values.outerStride() != values.innerSize());
+      if (has_gaps)
         throw ArgumentError("a vector whose entries are not adjacent in memory; expected a copy, .eval()");
     }
   }

@@ -18,12 +18,15 @@ std::unordered_map<PyObject*, vectorcallfunc>& original_calls() {
   return calls;
 }
 
-// Replaces the error at hand if it is nanobind's of wrong arguments.
+// Replaces the error at hand if it is nanobind's of wrong arguments to this function.  Errors of Python code, and of functions that the
+// user passes, have a traceback or another name.
 void rewrite(PyObject* function, PyObject* const* arguments, std::size_t count, PyObject* names) {
   nb::python_error error;  // takes the error
   const std::string text = nb::cast<std::string>(nb::str(error.value()));
   const nb::object sentence = [&]() -> nb::object {
-    if (text.find("incompatible function arguments") == std::string::npos) return nb::none();
+    const std::string own =
+        nb::cast<std::string>(nb::handle(function).attr("__name__")) + "(): incompatible function arguments";
+    if (!text.starts_with(own) || error.traceback().is_valid()) return nb::none();
     nb::list given;
     nb::dict by_name;
     for (std::size_t i = 0; i < count; ++i) given.append(nb::handle(arguments[i]));

@@ -298,7 +298,8 @@ VectorXad recorded_vector(nb::handle given, const std::string& what) {
   auto* from = static_cast<PyObject**>(PyArray_DATA(entries));
   VectorXad values(PyArray_SIZE(entries));
   for (AD& value : values) {
-    const nb::handle entry(*from++);
+    const nb::handle entry(*from ? *from : Py_None);  // numpy leaves null where it wrote nothing
+    ++from;
     if (!as_recorded(entry, value))
       throw ArgumentError(what + ": expected recorded values and numbers, got " +
                           nb::cast<std::string>(nb::repr(entry.type())));

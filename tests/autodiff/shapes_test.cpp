@@ -3,6 +3,7 @@
 // Outputs and inputs, nesting, second derivatives and sparsity (hard cases 39-46 and 73-98).
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -37,6 +38,24 @@ TEST(Shapes, Case39_AParameterThatIsZeroWhileRecordingDoesNotFold) {
 TEST(Shapes, Case46_AConstantZeroCutsThePattern) {
   const Function f = record("cut", 2, [](const VectorXad& x) { return one(0 * x[0] + x[1]); });
   EXPECT_EQ(entries(jacobian_sparsity(f)), (Entries{{0, 1}}));
+}
+
+TEST(Shapes, AnyVectorOfDoublesIsAnArgument) {
+  const Function f = record("identity", 4, [](const VectorXad& x) { return x; });
+  using Vector = std::vector<double>;
+  Eigen::MatrixXd m =
+      Eigen::MatrixXd::NullaryExpr(4, 4, [](Eigen::Index i, Eigen::Index j) { return double(i + 4 * j); });
+  EXPECT_EQ(evaluate(f, {0, 1, 2, 3}), (Vector{0, 1, 2, 3}));
+  EXPECT_EQ(evaluate(f, m.col(1)), (Vector{4, 5, 6, 7}));
+  EXPECT_EQ(evaluate(f, m.reshaped().segment(2, 4)), (Vector{2, 3, 4, 5}));
+  EXPECT_EQ(evaluate(f, std::array<double, 4>{3, 2, 1, 0}), (Vector{3, 2, 1, 0}));
+  EXPECT_EQ(evaluate(f, Eigen::MatrixXd(m.topLeftCorner(2, 2))), (Vector{0, 1, 4, 5}));
+  // The entries are not adjacent in memory.
+  EXPECT_THROW(evaluate(f, m.row(0)), ArgumentError);
+  EXPECT_THROW(evaluate(f, m.diagonal()), ArgumentError);
+  EXPECT_THROW(evaluate(f, m.topLeftCorner(2, 2)), ArgumentError);
+  EXPECT_THROW(evaluate(f, m.block(0, 0, 1, 4)), ArgumentError);
+  EXPECT_THROW(evaluate(f, (m.block<2, 2>(1, 1))), ArgumentError);
 }
 
 TEST(Shapes, Case73_NoOutputsAndNoInputs) {

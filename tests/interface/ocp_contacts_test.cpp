@@ -189,11 +189,6 @@ TEST_F(FloatingTasks, TheQuadrupedCrouchesAndItsFeetStay) {
   EXPECT_EQ(row(8), std::pair(std::string("joint velocity, FL"), true));
   EXPECT_EQ(plot.panels[5].series.size(), 3u);
   EXPECT_EQ(plot.panels[5].series[2].name, "FR_KFE");
-  double fastest = 0;
-  for (std::size_t k = 8; k < 12; ++k)
-    for (const io::Series& s : plot.panels[k].series)
-      for (double v : s.y) fastest = std::max(fastest, std::abs(v));
-  EXPECT_GT(plot.panels[3].y_limits.high, 1e-4 * fastest);
   dynamics::Data<double> data(model);
   std::vector<Vector3d> places;
   double slip = 0, moved = 0;

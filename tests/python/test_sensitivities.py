@@ -31,6 +31,23 @@ def test_derivatives_are_those_of_moved_solves():
     assert by.dx_dstart[:, 0, 0] == pytest.approx((more.x[:, 0] - less.x[:, 0]) / (2 * h), rel=1e-5, abs=1e-6)
 
 
+@pytest.mark.parametrize("scheme", ["euler", "trapezoid", "hermite-simpson", "radau-3"])
+def test_every_control_of_every_scheme_has_its_derivative(scheme):
+    def solved_by(load):
+        p = dyntape.Problem(
+            "lift", ["q", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0] / s.p[0] - 0.3 * s.x[0] ** 2], parameters={"load": [load]}
+        )
+        p.start, p.goal = [0.1, 0.2], [1.0, 0.0]
+        p.add_squares("effort", lambda s: s.u)
+        return p.solve(4, scheme=scheme, tolerance=1e-11)
+
+    h = 1e-4
+    by, more, less = solved_by(2.0).sensitivities(), solved_by(2 + h), solved_by(2 - h)
+    assert by.good
+    assert by.du_dp[:, 0, 0] == pytest.approx((more.u[:, 0] - less.u[:, 0]) / (2 * h), rel=1e-5, abs=1e-5)
+    assert by.dx_dp[:, :, 0] == pytest.approx((more.x - less.x) / (2 * h), rel=1e-5, abs=1e-5)
+
+
 def test_derivatives_are_those_of_the_closed_form():
     """u = load (6 - 12 t) d over a distance d; the cost is 12 load^2 d^2."""
     by = solved().sensitivities()

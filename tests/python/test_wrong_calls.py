@@ -2,6 +2,7 @@
 """Wrong calls end in one sentence with the name of the argument; displays and equality of functions."""
 
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -49,6 +50,32 @@ def test_a_type_error_of_the_users_code_passes_through():
         dyntape.record(wrong, 2)
 
 
+def test_errors_of_other_libraries_pass_through():
+    text = "frob(): incompatible function arguments. The following argument types are supported: none"
+
+    def wrong(x):
+        raise TypeError(text)
+
+    for call in (lambda: dyntape.record(wrong, 2), lambda: dyntape.Problem("p", ["x"], ["u"], 1.0, wrong)):
+        with pytest.raises(TypeError) as error:
+            call()
+        assert str(error.value) == text
+
+    def wrong_in_our_words(x):
+        raise TypeError("record(): incompatible function arguments")
+
+    with pytest.raises(TypeError, match="^record..: incompatible function arguments$"):
+        dyntape.record(wrong_in_our_words, 2)
+
+
+def test_entries_that_numpy_did_not_write_are_refused():
+    empty = np.add(np.array([1.0, 2.0], dtype=object), 1, where=[True, False])
+    with pytest.raises(dyntape.ArgumentError):
+        square()(empty)
+    with pytest.raises(dyntape.ArgumentError):
+        dyntape.record(lambda x: np.add(x, 1, where=[True, False, True]), 3)
+
+
 @pytest.mark.parametrize(
     "call, name",
     [
@@ -61,6 +88,13 @@ def test_what_cannot_be_recorded_is_named(call, name):
     with pytest.raises((dyntape.RecordingError, dyntape.ArgumentError)) as error:
         dyntape.record(call, 2)
     assert name in str(error.value)
+
+
+def test_a_recording_point_outside_of_a_domain_does_not_warn():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        f = dyntape.record(lambda x: np.sqrt(x - 5) + np.log(x - 5) + np.divide(1, x - x[0]), 2)
+        assert np.isnan(f([1.0, 2.0])).all()
 
 
 def test_bools_and_masked_entries_are_refused():

@@ -64,7 +64,8 @@ def _array_ufunc(self: Any, ufunc: np.ufunc, method: str, *inputs: Any, **option
     if "out" in options:
         options["out"] = tuple(_plain(out) for out in options["out"])
     try:
-        result = getattr(_OWN.get(ufunc, ufunc), method)(*(_plain(value) for value in inputs), **options)
+        with np.errstate(all="ignore"):  # of values at the recording point, where a NaN is no error
+            result = getattr(_OWN.get(ufunc, ufunc), method)(*(_plain(value) for value in inputs), **options)
     except TypeError as error:
         if ufunc in _OWN or not _NOT_SUPPORTED.search(str(error)):
             raise

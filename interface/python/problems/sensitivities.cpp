@@ -17,8 +17,9 @@ using Eigen::Index;
 
 struct ProblemSensitivities {
   MotionSensitivities found;
-  Index points, stride;     // points of the mesh; variables of a point
-  Index n_x, first_u, n_u;  // within a point
+  Trajectory motion;       // its points and scheme
+  Index n_x, n_z;          // states; variables of a point
+  Index first_a, first_u;  // within a point
 };
 
 ProblemSensitivities sensitivities_of(const ProblemSolution& s) {
@@ -32,21 +33,34 @@ ProblemSensitivities sensitivities_of(const ProblemSolution& s) {
   const StagedPhase& phase = nlp.phase();
   MotionSensitivity sensitivity(s.problem, mesh);
   return {sensitivity.at(nlp.problem(), s.solution->nlp),
-          Index(phase.points),
-          Index(phase.n_z),
+          motion,
           phase.asked.n_x(),
-          Index(phase.n_z) - phase.problem.n_u(),
-          phase.problem.n_u()};
+          Index(phase.n_z),
+          phase.problem.n_x(),
+          Index(phase.n_z) - phase.problem.n_u()};
 }
 
-// (points, entries, columns) of the variables `first` to `first + count` of each point.
-nb::object of_points(const ProblemSensitivities& s, const SensitivityTable& table, Index first, Index count) {
-  const Index columns = table.cost.size();
+// The change of the motion with column k, as StagedNlp::trajectory() makes a motion of variables: controls at points that the scheme
+// does not use are extrapolated.
+Trajectory change_of(const ProblemSensitivities& s, const SensitivityTable& table, Index k) {
+  const Eigen::Map<const Eigen::MatrixXd> z(table.x.col(k).data(), s.n_z, s.motion.points());
+  Trajectory change{s.motion.t, z.topRows(s.n_x), z.middleRows(s.first_a, s.first_u - s.first_a),
+                    z.bottomRows(s.n_z - s.first_u), s.motion.scheme};
+  change.extend_to_unused();
+  return change;
+}
+
+// (points, entries, columns) of the part of each change.
+nb::object of_points(const ProblemSensitivities& s, const SensitivityTable& table,
+                     Eigen::MatrixXd Trajectory::*part) {
+  const Index columns = table.cost.size(), points = s.motion.points(), count = (s.motion.*part).rows();
   double* to = nullptr;
-  nb::object array = new_array({s.points, count, columns}, to);
-  for (Index point = 0; point < s.points; ++point)
-    for (Index i = 0; i < count; ++i)
-      for (Index k = 0; k < columns; ++k) *to++ = table.x(point * s.stride + first + i, k);
+  nb::object array = new_array({points, count, columns}, to);
+  for (Index k = 0; k < columns; ++k) {
+    const Eigen::MatrixXd change = change_of(s, table, k).*part;
+    for (Index point = 0; point < points; ++point)
+      for (Index i = 0; i < count; ++i) to[(point * count + i) * columns + k] = change(i, point);
+  }
   return array;
 }
 
@@ -54,9 +68,9 @@ void bind_table(nb::class_<ProblemSensitivities>& type, SensitivityTable MotionS
                 const std::string& by, const std::string& columns) {
   using S = ProblemSensitivities;
   def_array(type, kept("dx_d" + by), kept("(points, states, " + columns + ")."),
-            [of](const S& s) { return of_points(s, s.found.*of, 0, s.n_x); });
+            [of](const S& s) { return of_points(s, s.found.*of, &Trajectory::x); });
   def_array(type, kept("du_d" + by), kept("(points, controls, " + columns + ")."),
-            [of](const S& s) { return of_points(s, s.found.*of, s.first_u, s.n_u); });
+            [of](const S& s) { return of_points(s, s.found.*of, &Trajectory::u); });
   def_array(type, kept("dcost_d" + by), kept("(" + columns + ",)."),
             [of](const S& s) { return entries_of((s.found.*of).cost); });
 }
