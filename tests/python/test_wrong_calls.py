@@ -97,6 +97,30 @@ def test_a_recording_point_outside_of_a_domain_does_not_warn():
         assert np.isnan(f([1.0, 2.0])).all()
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda x: np.outer(x, x),
+        lambda x: np.stack([x, x]),
+        lambda x: np.dot(np.eye(2), x),
+        lambda x: np.einsum("i,j->ij", x, x),
+        lambda x: np.split(x, 2)[0],
+        lambda x: np.cross(np.append(x, 0), np.append(x, 1)),
+    ],
+)
+def test_results_of_numpy_are_recorded_arrays(call):
+    """Their maximum leaves no guard."""
+    f = dyntape.record(lambda x: np.maximum(call(x), 0.5).ravel(), 2, x0=[1.0, 1.0])
+    for x in ([0.1, 0.1], [1.5, 0.3]):
+        assert f(x) == pytest.approx(np.maximum(call(np.array(x)), 0.5).ravel())
+
+
+def test_degrees_and_radians():
+    f = dyntape.record(lambda x: np.concatenate([np.deg2rad(x), np.degrees(x), np.fabs(x)]), 2)
+    x = np.array([-30.0, 0.5])
+    assert f(x) == pytest.approx(np.concatenate([np.deg2rad(x), np.degrees(x), np.fabs(x)]), rel=1e-15)
+
+
 def test_bools_and_masked_entries_are_refused():
     f = square()
     with pytest.raises(dyntape.ArgumentError, match="bools"):

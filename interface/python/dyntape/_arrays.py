@@ -32,6 +32,11 @@ _FUNCTIONS: dict[np.ufunc, tuple[Any, int]] = {
     np.logical_or: (lambda a, b: a | b, 2),
     np.logical_xor: (lambda a, b: a ^ b, 2),
     np.logical_not: (lambda a: a ^ True, 1),
+    np.fabs: (abs, 1),
+    np.deg2rad: (lambda a: a * (np.pi / 180), 1),
+    np.radians: (lambda a: a * (np.pi / 180), 1),
+    np.rad2deg: (lambda a: a * (180 / np.pi), 1),
+    np.degrees: (lambda a: a * (180 / np.pi), 1),
 }
 _OWN = {ufunc: np.frompyfunc(function, arguments, 1) for ufunc, (function, arguments) in _FUNCTIONS.items()}
 _NOT_SUPPORTED = re.compile("not supported for the input types|does not support argument|no callable|Cannot cast")
@@ -56,6 +61,10 @@ def _taped(value: Any) -> Any:
     return value
 
 
+def _all_taped(result: Any) -> Any:
+    return type(result)(map(_taped, result)) if type(result) in (tuple, list) else _taped(result)
+
+
 def _array_ufunc(self: Any, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
     if ufunc in _COMPARISONS and method == "__call__":
         options["dtype"] = object
@@ -70,7 +79,7 @@ def _array_ufunc(self: Any, ufunc: np.ufunc, method: str, *inputs: Any, **option
         if ufunc in _OWN or not _NOT_SUPPORTED.search(str(error)):
             raise
         raise _cannot_be_recorded(ufunc.__name__) from error
-    return tuple(map(_taped, result)) if isinstance(result, tuple) else _taped(result)
+    return _all_taped(result)
 
 
 def _array_function(self: Any, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
@@ -88,7 +97,7 @@ def _array_function(self: Any, func: Any, types: Any, args: Any, kwargs: Any) ->
             "expected dyntape.symmetric_solve(a, b), or np.linalg.cholesky"
         )
     try:
-        return func._implementation(*args, **kwargs)
+        return _all_taped(func._implementation(*args, **kwargs))
     except (TypeError, _d.RecordingError) as error:
         if not isinstance(error, _d.RecordingError) and not _NOT_SUPPORTED.search(str(error)):
             raise
