@@ -183,7 +183,7 @@ TEST_F(FloatingTasks, TheQuadrupedCrouchesAndItsFeetStay) {
   EXPECT_EQ(plot.columns, 4);
   const auto row = [&](std::size_t k) { return std::pair(plot.panels[k].title, plot.panels[k].starts_row); };
   EXPECT_EQ(row(0), std::pair(std::string("position of the base"), false));
-  EXPECT_EQ(row(3), std::pair(std::string("angular velocity of the base"), false));
+  EXPECT_EQ(row(3), std::pair(std::string("angular velocity of the base (body axes)"), false));
   EXPECT_EQ(row(4), std::pair(std::string("joint angle, FL"), true));
   EXPECT_EQ(row(5), std::pair(std::string("joint angle, FR"), false));
   EXPECT_EQ(row(8), std::pair(std::string("joint velocity, FL"), true));

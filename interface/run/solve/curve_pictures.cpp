@@ -51,21 +51,22 @@ Quantity quantity_of(dynamics::JointType type, int k, bool of_q) {
   using dynamics::JointType;
   const bool is_single = dynamics::is_single(type);
   const int linear = type == JointType::kFreeFlyer ? 3 : type == JointType::kPlanar ? 2 : 0;
-  const std::string of = linear > 0 ? " of the base" : "";
+  const std::string of = linear > 0 ? " of the base" : "", in_body = linear > 0 ? " (body axes)" : "";
   if (type == JointType::kPrismatic || k < linear)
     return of_q ? Quantity{"position" + of, "q [m]", linear > 0}
-                : Quantity{"velocity" + of, "v [m/s]", linear > 0};
+                : Quantity{"velocity" + of + in_body, "v [m/s]", linear > 0};
   if (!of_q)
-    return linear > 0 ? Quantity{"angular velocity" + of, "v [rad/s]", true}
+    return linear > 0 ? Quantity{"angular velocity" + of + in_body, "v [rad/s]", true}
                       : Quantity{"joint velocity", "v [rad/s]"};
   if (is_single && dynamics::nq(type) == 1) return {"joint angle", "q [rad]"};
   if (is_single) return {"cosine and sine of the joint angle", "q [-]"};
-  if (type == JointType::kFreeFlyer) return {"orientation of the base", "q [rad]", true};  // kAngles
+  if (type == JointType::kFreeFlyer) return {"orientation of the base", "q [rad]", true};
   return {type == JointType::kPlanar ? "cosine and sine of the base's angle" : "orientation, quaternion",
           "q [-]", linear > 0};
 }
 
-// The limb of each joint, by its first joint: limbs begin at the world, at a floating base, and behind bodies with several joints.
+// Returns the first joint of the limb of each joint.  A limb begins at the world, at a floating base, and after a body with several
+// joints.
 std::vector<int> limbs_of(const dynamics::Model<double>& model) {
   std::vector<int> children(std::size_t(model.njoints()), 0), limbs;
   for (const int parent : model.parent)
@@ -190,7 +191,8 @@ void add_targets(io::Panel& panel, const std::vector<std::string>& names, const 
   if (any) panel.title += ", dotted: its target";
 }
 
-// Range of an axis on which changes that are nothing beside the largest of all `curves` of the unit look like nothing.
+// Returns the range of the y axis.  If all values of a panel are below 1e-4 of the largest value of the same unit, the range is fixed,
+// so that noise looks flat; otherwise it is automatic.
 io::Limits without_noise(const MatrixXd& own, double largest) {
   constexpr double kNoise = 1e-4;
   const double size = own.cwiseAbs().maxCoeff();
@@ -198,7 +200,7 @@ io::Limits without_noise(const MatrixXd& own, double largest) {
   return {-10 * kNoise * largest, 10 * kNoise * largest};
 }
 
-// Letters that all names begin with, to the end of a word: "FL" of FL_HAA and FL_KFE.
+// Returns the first words that all names share: "FL" of FL_HAA and FL_KFE.
 std::string common_beginning(const std::vector<std::string>& names) {
   std::string common = names.empty() ? "" : names[0];
   for (const std::string& name : names) {
