@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Fails where the tree goes against docs/architecture.md: an include against an arrow, somebody else's detail/, a
-cycle of units, a file that is too long or a room that is too full.
+cycle of units, a header without include guard, a file that is too long or a room that is too full.
 
     tools/layers.py            check the tree
     tools/layers.py --rooms    print the rooms: files, lines
@@ -113,6 +113,7 @@ LEAVES = {'autodiff/error.h', 'autodiff/suggest.h', 'autodiff/text_file.h', 'aut
 TABLE_READERS = {'autodiff/graph/op.h', 'autodiff/derive/expr.h', 'autodiff/record/scalar.h', 'autodiff/scalars/jet.h',
                  'autodiff/record/record.cpp', 'autodiff/evaluate/interpret_lanes.cpp', 'autodiff/scalars/portable.h',
                  'autodiff/scalars/pack.h', 'autodiff/scalars/pack_functions.cpp', 'interface/python/recorded_values.cpp', 'autodiff/evaluate/series.h', 'interface/cppad/ad.h', 'interface/cppad/recorded.cpp'}
+UNGUARDED = ('autodiff/scalars/sines', 'tests/golden/')  # included several times; printed
 MOST_LINES = 500
 MOST_FILES = 24  # side by side
 WIDE = {'interface/python': 32, 'dynamics/algorithms': 38, 'dynamics/effects': 30, 'tools/dyntape': 32}  # a subject, a part, an effect, a command: two files each
@@ -196,6 +197,8 @@ def cycles(graph):
 
 def complaints_of(path, lines, unit_of, units):
     room = room_of(path)
+    if path.endswith('.h') and not path.startswith(UNGUARDED) and not any(line.startswith(('#pragma once', '#ifndef')) for line in lines):
+        yield f'{path}: no #pragma once'
     for number, line in enumerate(lines, 1):
         match = INCLUDE.match(line)
         if not match:

@@ -7,6 +7,7 @@
 // A guess is often the straight line from start to goal.  If this line needs forces beyond all limits, e.g. a pole
 // at rest at an angle, a solver may stop where no step reduces the violation, although a falling and swinging motion
 // is near.
+#pragma once
 
 #include <functional>
 #include <optional>
