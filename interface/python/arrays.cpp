@@ -18,9 +18,12 @@ PyArrayObject* array_of(nb::handle object) { return reinterpret_cast<PyArrayObje
 
 // Throws for arrays whose numbers are not what their owner means: bools, and entries that a mask hides.
 void refuse_what_is_no_number(nb::handle given) {
+  bool holds_bools = PyArray_Check(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_BOOL;
+  if (PyList_Check(given.ptr()) || PyTuple_Check(given.ptr())) {
+    for (nb::handle entry : given) holds_bools = holds_bools || PyBool_Check(entry.ptr());
+  }
+  if (holds_bools) throw ArgumentError("expected numbers, got bools; write np.asarray(a, dtype=float)");
   if (!PyArray_Check(given.ptr())) return;
-  if (PyArray_TYPE(array_of(given)) == NPY_BOOL)
-    throw ArgumentError("expected an array of numbers, got one of bools; write a.astype(float)");
   if (!PyArray_CheckExact(given.ptr()) && nb::hasattr(given, "mask") &&
       nb::cast<bool>(nb::module_::import_("numpy").attr("any")(given.attr("mask")).attr("item")()))
     throw ArgumentError("a masked array has entries without a number; write a.filled(number)");

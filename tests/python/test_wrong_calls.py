@@ -29,6 +29,8 @@ WRONG = [
     (lambda: dyntape.record(3, 2), "record: f is 3; expected Callable"),
     (lambda: dyntape.record(lambda x: x), "record needs n_x"),
     (lambda: dyntape.load(), "load needs file"),
+    (lambda: dyntape.record(lambda x: x, 2**70), "record: n_x is 1180591620717411303424; expected int, below 2**63"),
+    (lambda: dyntape.Function.jacobian(3, [1, 2]), "Function.jacobian: expected a Function before the arguments, got int"),
     (lambda: dyntape.Problem("car", ["x"], ["u"], "long", lambda s: s.u), "duration is 'long'; expected float"),
 ]
 
@@ -125,6 +127,8 @@ def test_bools_and_masked_entries_are_refused():
     f = square()
     with pytest.raises(dyntape.ArgumentError, match="bools"):
         f(np.array([True, False]))
+    with pytest.raises(dyntape.ArgumentError, match="bools"):
+        f([True, False])
     with pytest.raises(dyntape.ArgumentError, match="masked"):
         f(np.ma.array([1.0, 2.0], mask=[False, True]))
     assert np.array_equal(f(np.ma.array([1.0, 2.0])), [1, 4])

@@ -24,8 +24,8 @@ def _fits(value: Any, annotation: str) -> bool:
         return "None" in words or "Any" in words
     if isinstance(value, (str, bytes)):
         return bool(words & {"str", "Any", "PathLike", "object"})
-    if isinstance(value, int) and not isinstance(value, bool) and value < 0:
-        return "int" not in words  # sizes and counts are what refuses an integer
+    if isinstance(value, int) and not isinstance(value, bool) and not 0 <= value < 2**63:
+        return "int" not in words  # sizes and counts refuse such integers
     if "Callable" in words:
         return callable(value) or len(words & {"Any", "ArrayLike", "None"}) > 0 and "|" in annotation
     if words == {"int"} or words == {"int", "None"}:
@@ -39,8 +39,8 @@ def _fits(value: Any, annotation: str) -> bool:
 
 def _expected(annotation: str, value: Any) -> str:
     plain = annotation.replace("collections.abc.", "").replace("dyntape._dyntape.", "").replace("numpy.typing.", "")
-    if isinstance(value, int) and not isinstance(value, bool) and value < 0:
-        return f"{plain}, not negative"
+    if isinstance(value, int) and not isinstance(value, bool):
+        return f"{plain}, not negative" if value < 0 else f"{plain}, below 2**63"
     return "an array of numbers" if plain == "ArrayLike" else plain
 
 
@@ -48,10 +48,11 @@ def of_arguments(function: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) 
     """What is wrong with a call that fits no signature of the function."""
     node = _signature(function)
     positional, named = node.args.args, node.args.kwonlyargs
-    is_method = bool(positional) and positional[0].arg == "self"
-    owner = type(args[0]).__name__ + "." if is_method and args else ""
-    name = owner[:-1] if node.name == "__init__" else owner + node.name
-    if is_method:
+    owner = function.__qualname__.rpartition(".")[0]
+    name = owner if node.name == "__init__" else function.__qualname__
+    if positional and positional[0].arg == "self":
+        if not args or all(t.__name__ != owner for t in type(args[0]).__mro__):
+            return f"{name}: expected a {owner} before the arguments, got {type(args[0]).__name__ if args else 'nothing'}"
         positional, args = positional[1:], args[1:]
     known = {a.arg: ast.unparse(a.annotation) if a.annotation else "Any" for a in positional + named}
     shape = f"{name}({', '.join([a.arg for a in positional] + (['*'] if named else []) + [a.arg for a in named])})"
