@@ -168,11 +168,6 @@ TEST(Generate, SinesAreInTheText) {
                          "--functions", "sleef", "--output", scratch / "d"})
                 .status,
             2);
-  // The option's old name.
-  const auto old = run_dyntape({"generate", config("robots/double_pendulum.urdf"), "--function", "aba",
-                                "--embedded", "--own-trig", "--output", scratch / "e"});
-  EXPECT_EQ(old.status, 0);
-  EXPECT_NE(old.err.find("--functions sines"), std::string::npos) << old.err;
 }
 
 TEST(Generate, EmbeddedTextIsPlainFunctionsWithTheirStack) {

@@ -222,14 +222,6 @@ void add_generate(CLI::App& app) {
       "every processor (link with -lsleef)",
       {"sines", "libm", "portable"})
       ->capture_default_str();
-  command
-      ->add_flag_function(
-          "--own-trig",
-          [](std::int64_t) {
-            std::cerr << "dyntape: generate: --own-trig is the default now (--functions sines); the next "
-                         "version does not read it\n";
-          })
-      ->group("");
   add_path(*command, "--output", options->output, "where the .c and .h go", "DIR")->required();
   CLI::Option* const embedded = command->add_flag(
       "--embedded", options->embedded,
