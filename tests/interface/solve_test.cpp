@@ -4,6 +4,7 @@
 // points without curvature, costs that the quadrature misses, motions that nominal values hide.  The right values are closed forms.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <dyntape/interface/control/discretize/resampled.h>
@@ -191,6 +192,29 @@ TEST(Solve, AGuessFarAwayHasTheSameDerivatives) {
     return Stage<double>{t, Eigen::Vector2d(1e6, -1e6), {}, VectorXd::Constant(1, 1e6)};
   };
   EXPECT_NO_THROW(solve(p, fixed(on(20))));
+}
+
+// On a fine mesh a barrier of 0.1 for each of some thousand bounds outweighs the cost: the solve left the motion that it started from.
+TEST(Solve, AFinerMeshStaysAtTheMotionItStartsFrom) {
+  Problem p = past_a_disc(Form::kDistance, 1);
+  p.x = {Eigen::Vector2d(-3, -3), Eigen::Vector2d(5, 5)};
+  p.u = {Eigen::Vector2d(-20, -20), Eigen::Vector2d(20, 20)};
+  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
+    std::vector<std::vector<double>> costs;  // of each solve
+    SolveOptions options = on(20, method, radau(3));
+    options.cost_change = 1e-7;  // many meshes
+    options.solver.watch = [&](const IterationRecord& record) {
+      if (record.iteration == 0) costs.emplace_back();
+      costs.back().push_back(record.objective);
+    };
+    const Solution s = solve(p, options);
+    EXPECT_TRUE(s.success()) << s.verdict();
+    ASSERT_GE(s.meshes.size(), 3u);
+    ASSERT_GE(costs.size(), 3u);
+    for (std::size_t k = 1; k < costs.size(); ++k)
+      EXPECT_LE(*std::max_element(costs[k].begin(), costs[k].end()), 1.01 * costs[k].front()) << k;
+    for (std::size_t k = 1; k < s.meshes.size(); ++k) EXPECT_LE(s.meshes[k].iterations, 15) << k;
+  }
 }
 
 TEST(Ddp, SuccessIsOfTheMotionThatTheControlsMake) {

@@ -59,6 +59,18 @@ class Adapter : public Ipopt::TNLP {
     return std::clamp(bounds > 0 ? sum / bounds : 0, options_.tolerance, kFirst);
   }
 
+  // How far a start near a solution is moved inside its bounds: in proportion to its violation of the rows.
+  double push() {
+    constexpr double kLeast = 1e-9, kMost = 1e-2;
+    if (!(options_.first_barrier > 0)) return kMost;
+    std::vector<double> g(shape_.m());
+    if (!nlp_.constraints(start_.data(), g.data())) return kMost;
+    double violation = 0;
+    for (std::size_t j = 0; j < g.size(); ++j)
+      violation = std::max({violation, shape_.g_lower[j] - g[j], g[j] - shape_.g_upper[j]});
+    return std::clamp(kMost * violation, kLeast, kMost);
+  }
+
   void begin() {
     const std::lock_guard lock(mutex_);
     begin_ = Clock::now();
@@ -367,7 +379,7 @@ struct Run {
   // instances begin and end.
   SolveStatus optimize() const {
     const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
-    detail::configure(*application, options, adapter->barrier());
+    detail::configure(*application, options, adapter->barrier(), adapter->push());
     if (application->Initialize("") != Ipopt::Solve_Succeeded) {
       throw ArgumentError("Ipopt refuses its options");
     }

@@ -155,6 +155,16 @@ void start_warm(Ipopt::IpoptApplication& application, double barrier) {
     set(application, name, kPush);
 }
 
+// From a point near a solution: bounds have the multipliers of the barrier, and rows those of least squares, however large.
+void start_near(Ipopt::IpoptApplication& application, double barrier, double push) {
+  constexpr double kMostMultiplier = 1e12;
+  set(application, "mu_init", barrier);
+  set(application, "bound_mult_init_method", std::string("mu-based"));
+  set(application, "constr_mult_init_max", kMostMultiplier);
+  for (const char* name : {"bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"})
+    set(application, name, push);
+}
+
 }  // namespace
 
 void check_ipopt_option(const std::string& name, const std::string& value) {
@@ -162,7 +172,8 @@ void check_ipopt_option(const std::string& name, const std::string& value) {
   set_by_name(*application, name, value);
 }
 
-void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions& options, double barrier) {
+void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions& options, double barrier,
+                       double push) {
   const auto assign = [&](const char* name, const auto& value) { set(application, name, value); };
   assign("sb", std::string("yes"));  // no banner
   assign("tol", options.tolerance);
@@ -176,7 +187,11 @@ void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions
   assign("print_level", options.print_level);
   if (!options.stop_at_acceptable) assign("acceptable_iter", 0);
   if (options.limited_memory) assign("hessian_approximation", std::string("limited-memory"));
-  if (barrier > 0) start_warm(application, barrier);
+  if (barrier > 0) {
+    start_warm(application, barrier);
+  } else if (options.first_barrier > 0) {
+    start_near(application, options.first_barrier, push);
+  }
   for (const auto& [name, value] : options.extra) set_by_name(application, name, value);
 }
 

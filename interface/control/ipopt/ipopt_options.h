@@ -20,8 +20,10 @@ namespace dyntape {
 void check_ipopt_option(const std::string& name, const std::string& value);
 
 namespace detail {
-// `barrier`: the barrier parameter for a warm start with multipliers; 0: a cold start.
-void configure(Ipopt::IpoptApplication& application, const SolverOptions& options, double barrier);
+// `barrier`: the barrier parameter for a warm start with multipliers; 0: a cold start.  `push`: how far a start with
+// options.first_barrier is moved inside the bounds.
+void configure(Ipopt::IpoptApplication& application, const SolverOptions& options, double barrier,
+               double push);
 }  // namespace detail
 
 }  // namespace dyntape

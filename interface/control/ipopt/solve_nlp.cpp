@@ -67,6 +67,7 @@ NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const Solv
                           std::shared_ptr<const NlpSolution> warm = nullptr) {
     SolverOptions of_method = less(options, solution);
     of_method.warm = std::move(warm);
+    of_method.first_barrier = 0;
     if (method != options.method) of_method.extra.clear();
     if (of_method.max_iterations == 0 || options.stop.stop_requested()) return false;
     try {

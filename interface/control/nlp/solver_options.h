@@ -37,6 +37,10 @@ struct SolverOptions {
   // `start` is ignored.  Bounds may differ: 3 iterations from the solution itself, about 6 if a goal moved by a
   // hundredth.
   std::shared_ptr<const NlpSolution> warm = {};
+  // The first barrier parameter, of the scaled program, for a start near a solution whose multipliers are unknown.
+  // The start is moved inside the bounds in proportion to its violation of the rows, by 1e-2 at most.
+  // 0: the method's own first barrier.  Ignored with `warm`.
+  double first_barrier = 0;
   int max_iterations = 3000;
   double max_seconds = 1e6;  // of processor time, all threads together
   int print_level = 0;       // of Ipopt: 0 silent .. 5 one line per iteration .. 12

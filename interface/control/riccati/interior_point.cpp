@@ -29,11 +29,10 @@ constexpr double kKappaEpsilon = 10, kKappaMu = 0.2, kThetaMu = 1.5, kTauMin = 0
 constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kDelta = 1, kSTheta = 1.1, kSPhi = 2.3, kEta = 1e-8;
 constexpr double kAlphaPart = 0.05, kKappaSoc = 0.99;
 constexpr double kFirstBarrier = 0.1, kMostBarrier = 10, kBlocked = 0.1;
-constexpr int kBlockedSteps = 3, kMostCorrections = 4;
+constexpr int kBlockedSteps = 3, kMostCorrections = 4, kAcceptableIterations = 10;
 constexpr double kMostFirstBarriers = 1e3, kFixedPart = 0.8, kFloor = 2;  // kFloor: of the least barrier
 constexpr double kPush = 1e-2, kWarmPush = 1e-9, kMostPrice = 1e3;
 constexpr double kAcceptable = 1e-6, kEndless = 1e20;
-constexpr int kAcceptableIterations = 10;
 
 double largest(const VectorXd& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }
 
@@ -121,16 +120,17 @@ class StructuredInteriorPoint::Method {
   }
 
   SolveStatus run(const std::vector<double>& start, const NlpSolution* warm) {
-    bool is_finite = begin_at(start, warm ? kWarmPush : kPush);
-    if (warm && is_finite) is_finite = begin_at(start, std::clamp(kPush * now_.largest, kWarmPush, kPush));
+    const bool is_near = warm || options_.first_barrier > 0;
+    bool is_finite = begin_at(start, is_near ? kWarmPush : kPush);
+    if (is_near && is_finite) is_finite = begin_at(start, std::clamp(kPush * now_.largest, kWarmPush, kPush));
     if (!is_finite || !differentiate(false))
       throw NumericalError("solve_with_riccati: the functions of the program are not finite at its start");
-    mu_ = kFirstBarrier;
-    blocked_ = 0, may_raise_ = !warm;
+    mu_ = is_near && !warm ? options_.first_barrier : kFirstBarrier;
+    blocked_ = 0, may_raise_ = !is_near;
     if (warm) {
       take_over(*warm);
     } else {
-      multipliers_.set_ones(barrier_);
+      is_near ? multipliers_.begin(barrier_, now_.w, mu_, HUGE_VAL) : multipliers_.set_ones(barrier_);
       least_squares_multipliers();
     }
     if (!differentiate(true)) return SolveStatus::kNotFinite;

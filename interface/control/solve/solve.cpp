@@ -26,6 +26,7 @@ constexpr double kAtFault = 2, kFar = 3;  // of what is demanded: such intervals
 constexpr double kNearlyFeasible = 0.02;  // of nominal values
 constexpr double kSettledCost = 1e-3;     // most that a cost moves while it counts as settled (settling.h)
 constexpr double kSameControls = 0.01;    // of how far they move
+constexpr double kBarrierOfCost = 1e-2;   // the first barrier on a finer mesh, all logarithms together
 constexpr int kMostOfLast = 3,
               kLeastIterations = 40;      // of the last mesh: a motion that leads further helps no more
 constexpr double kSecondsAtLeast = 1e-3;  // a solver's limit has to be above zero
@@ -36,6 +37,19 @@ int intervals_of(const Solution& s) {
   int sum = 0;
   for (const SolvedPhase& phase : s.phases) sum += phase.motion.intervals();
   return sum;
+}
+
+// A first barrier for a start near a solution.  A barrier of 0.1 for each bound would outweigh the cost on a fine mesh, and the
+// solve would leave the solution that it starts from.
+double first_barrier(const NlpShape& shape) {
+  double bounds = 1;
+  const auto count = [&](const std::vector<double>& lower, const std::vector<double>& upper) {
+    for (std::size_t i = 0; i < lower.size(); ++i)
+      if (lower[i] < upper[i]) bounds += std::isfinite(lower[i]) + std::isfinite(upper[i]);
+  };
+  count(shape.x_lower, shape.x_upper);
+  count(shape.g_lower, shape.g_upper);
+  return kBarrierOfCost / bounds;
 }
 
 // What a coarse mesh may make of a motion that a finer one makes feasible.
@@ -149,7 +163,7 @@ class Refinement {
       for (; k < steps_.refinements; ++k) {
         MeshFaults faults = next_faults();
         if (faults.empty()) break;
-        if (solve_on(split_by(faults), From::kMotion)) continue;
+        if (solve_on(split_by(faults), steps_.prepare ? From::kMotion : From::kNear)) continue;
         // A mesh may have no motion near the last one, where an obstacle stands between its points: all is halved, and then all is begun anew.
         for (VectorXd& f : faults) f.setConstant(kAtFault);
         const bool may_help = last_ != SolveStatus::kIterationLimit;
@@ -185,7 +199,8 @@ class Refinement {
     return faults;
   }
 
-  enum class From { kMotion, kGuess };
+  // kNear: the motion, with a small barrier.
+  enum class From { kNear, kMotion, kGuess };
   using Nodes = std::vector<std::vector<double>>;  // of each phase
 
   Nodes split_by(const MeshFaults& faults) const {
@@ -244,7 +259,7 @@ class Refinement {
     if (intervals > steps_.most_intervals) return false;
     std::optional<OptimiseOptions> options = next_options();
     if (!options) return false;
-    if (from == From::kMotion) {
+    if (from != From::kGuess) {
       const int most = kMostOfLast * std::max(solution_.nlp.iterations(), kLeastIterations);
       options->solver.max_iterations = std::min(options->solver.max_iterations, most);
     }
@@ -254,7 +269,8 @@ class Refinement {
       auto program = std::make_unique<StagedNlp>(discretize(program_->program(), nodes));
       if (steps_.prepare) steps_.prepare(*program);
       const std::vector<double> start =
-          from == From::kMotion ? warm_start(motions(), *program) : program->start();
+          from == From::kGuess ? program->start() : warm_start(motions(), *program);
+      if (from == From::kNear) options->solver.first_barrier = first_barrier(program->shape());
       Solution fine = optimise(*program, start, *options);
       take(std::move(program), std::move(fine), where);
     } catch (const Error& e) {  // too large, or without a finite value at the start

@@ -15,7 +15,8 @@
 //
 // - Call optimise() on the first mesh.
 // - The verification marks intervals: re-simulation differs, a constraint is violated between points, or the
-// quadrature of the cost is inaccurate.  Split these intervals and solve again, warm-started from the last motion.
+// quadrature of the cost is inaccurate.  Split these intervals and solve again from the last motion, with a small
+// first barrier.
 // If more than a quarter of the intervals is marked, halve all.
 // - If `cost_change` is finite, halve all intervals once more and compare the costs.  While the costs differ,
 // split all intervals in which the controls of the two meshes differ.
@@ -64,9 +65,9 @@ struct RefineSteps {
   double cost_change = HUGE_VAL;
   std::function<OptimiseOptions()> options;                           // for the next mesh
   std::function<void(const Solution&, MeshFaults&)> add_faults = {};  // adds errors of further demands
-  std::function<void(StagedNlp& finer)> prepare = {};
-  std::function<void(int intervals)> begin = {};     // called before each finer mesh is solved
-  std::function<void(const Solution&)> solved = {};  // called after each finer mesh is solved
+  std::function<void(StagedNlp& finer)> prepare = {};  // changes the problem: the last motion is not near
+  std::function<void(int intervals)> begin = {};       // called before each finer mesh is solved
+  std::function<void(const Solution&)> solved = {};    // called after each finer mesh is solved
 };
 // Replaces `program` and `solution` by those of the finest solved mesh.
 void refine(std::unique_ptr<StagedNlp>& program, Solution& solution, const RefineSteps& steps);
