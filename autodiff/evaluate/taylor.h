@@ -6,6 +6,7 @@
 //   run.forward({Series<double>::of({x, dx, 0})});             // x(t) = x + dx t: y(t) up to order 2
 //   run.output(0)[2]                                            // half of the second derivative of y along dx
 //   const auto X = run.reverse({Series<double>::of({1})});      // slopes of y's highest coefficient: X[j].at(q - k) by x_j^(k)
+//   run.forward_at({x});  run.output(0)[0]                      // the value at a point alone
 //
 // reverse() takes an adjoint series for each output: coefficient j is the weight of the output's coefficient q - j,
 // with q the highest order.  Its results have the same form.  In this order, the adjoint of an argument is the slope
@@ -48,8 +49,11 @@ class Taylor {
 
   // Variables, parameters and weights; a series of one coefficient is a constant.
   void forward(const Many& x, const Many& p = {}, const Many& w = {});
-  const Series<T>& operator[](NodeId id) const { return values_[id]; }
-  const Series<T>& output(std::size_t i) const { return values_[function_->outputs[i]]; }
+  void forward_at(const std::vector<T>& x, const std::vector<T>& p = {}, const std::vector<T>& w = {});
+  Series<T> operator[](NodeId id) const {
+    return is_at_point_ ? Series<T>::constant(point_[id]) : values_[id];
+  }
+  Series<T> output(std::size_t i) const { return (*this)[function_->outputs[i]]; }
   // The number of recorded branches that the values leave; index of the first such branch from `first` on, or
   // SIZE_MAX.
   std::size_t violated_guards() const;
@@ -60,10 +64,12 @@ class Taylor {
   Many reverse(const Many& adjoints, std::size_t orders = SIZE_MAX) const;
 
  private:
+  static constexpr bool kKnown = SeriesNumber<T>::kKnown;
+  void evaluate_at_point(const T* const* blocks);
+  T value(NodeId id) const { return is_at_point_ ? point_[id] : values_[id][0]; }
   void forward_call(NodeId id);
   static bool arithmetic(Op op, const Series<T>& x, const Series<T>& y, Series<T>& r);
   static void add_to(Series<T>& sum, const Series<T>& more, bool minus);
-  bool are_numbers(const Many& of_outputs) const;
   void reverse_numbers(const Many& of_outputs, Many& of_variables) const;
   void reverse_node(NodeId id, Many& adjoints) const;
   void reverse_call(NodeId call, const Many& of_results, std::size_t orders, Many& adjoints) const;
@@ -72,7 +78,10 @@ class Taylor {
 
   std::shared_ptr<const Function> function_;
   SeriesKernels<T> kernels_;
-  Many values_;
+  // If all inputs are numbers and nothing is called: the values are point_, and values_ is not used.
+  bool is_at_point_ = false;
+  std::vector<T> point_;
+  mutable Many values_;
   bool moves_ = false;         // whether some input is not constant
   std::vector<Many> results_;  // of call number i
   mutable Many adjoints_;      // memory of reverse(), reused

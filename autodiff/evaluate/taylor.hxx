@@ -39,17 +39,6 @@ class RecordedSeries : public SeriesKernel<T> {
 
 }  // namespace detail
 
-// Most of what there is, without a look into the table.
-template <class T>
-T number_of_op(Op op, const T& x, const T& y, const T& z) {
-  if constexpr (SeriesNumber<T>::kKnown) {
-    if (op == Op::Mul) return x * y;
-    if (op == Op::Add) return x + y;
-    if (op == Op::Sub) return x - y;
-  }
-  return SeriesNumber<T>::evaluate(op, x, y, z);
-}
-
 // Whether an adjoint passes as a number: not where zero differs from nothing.
 constexpr bool passes_numbers(Op op) {
   return op != Op::Azmul && op != Op::Gate && op != Op::Min && op != Op::Max && op != Op::Select;
@@ -60,12 +49,56 @@ Taylor<T>::Taylor(std::shared_ptr<const Function> function, SeriesKernels<T> ker
     : function_(std::move(function)), kernels_(std::move(kernels)) {}
 
 template <class T>
+void Taylor<T>::evaluate_at_point(const T* const* blocks) {
+  const Graph& graph = function_->graph;
+  const auto n = static_cast<NodeId>(graph.size());
+  is_at_point_ = true, moves_ = false;
+  point_.resize(n);
+  T* const values = point_.data();
+  for (NodeId id = 0; id < n; ++id) {
+    const Node& node = graph[id];
+    if (node.op == Op::Mul) {
+      values[id] = values[node.a] * values[node.b];
+    } else if (node.op == Op::Add) {
+      values[id] = values[node.a] + values[node.b];
+    } else if (node.op == Op::Sub) {
+      values[id] = values[node.a] - values[node.b];
+    } else if (node.op == Op::Const) {
+      values[id] = T(graph.constants()[node.a]);
+    } else if (node.op == Op::Input) {
+      values[id] = blocks[node.a][node.b];
+    } else {
+      const int arity = info(node.op).arity;
+      values[id] = SeriesNumber<T>::evaluate(node.op, values[node.a], values[arity > 1 ? node.b : node.a],
+                                             values[arity > 2 ? node.c : node.a]);
+    }
+  }
+}
+
+template <class T>
+void Taylor<T>::forward_at(const std::vector<T>& x, const std::vector<T>& p, const std::vector<T>& w) {
+  detail::check_sizes(*function_, x.size(), p.size(), w.size());
+  if constexpr (kKnown) {
+    if (function_->graph.callees().empty()) {
+      const T* const blocks[] = {x.data(), p.data(), w.data()};
+      return evaluate_at_point(blocks);
+    }
+  }
+  const auto constants = [](const std::vector<T>& numbers) {
+    Many series;
+    for (const T& number : numbers) series.push_back(Series<T>::constant(number));
+    return series;
+  };
+  forward(constants(x), constants(p), constants(w));
+}
+
+template <class T>
 void Taylor<T>::forward(const Many& x, const Many& p, const Many& w) {
   detail::check_sizes(*function_, x.size(), p.size(), w.size());
   const Many* const blocks[] = {&x, &p, &w};
   const Graph& graph = function_->graph;
   values_.resize(graph.size());
-  moves_ = false;
+  moves_ = is_at_point_ = false;
   for (const Many* block : blocks) {
     for (const Series<T>& input : *block) moves_ = moves_ || input.moves();
   }
@@ -89,7 +122,7 @@ void Taylor<T>::forward(const Many& x, const Many& p, const Many& w) {
         const Series<T>&x = values_[node.a], &y = values_[n > 1 ? node.b : node.a],
               &z = values_[n > 2 ? node.c : node.a];
         if (!moves_) {
-          values_[id].become(number_of_op(node.op, x[0], y[0], z[0]));
+          values_[id].become(SeriesNumber<T>::evaluate(node.op, x[0], y[0], z[0]));
           break;
         }
         if (arithmetic(node.op, x, y, values_[id])) break;
@@ -131,7 +164,7 @@ template <class T>
 std::size_t Taylor<T>::violated_guard(std::size_t first) const {
   for (std::size_t i = first; i < function_->guards.size(); ++i) {
     const Guard& guard = function_->guards[i];
-    if (SeriesNumber<T>::is_zero(values_[guard.condition][0]) == guard.expected) return i;
+    if (SeriesNumber<T>::is_zero(value(guard.condition)) == guard.expected) return i;
   }
   return SIZE_MAX;
 }
@@ -163,7 +196,7 @@ void Taylor<T>::reverse_call(NodeId call, const Many& of_results, std::size_t or
 // + - * / of series of numbers, in place; false: another operator.
 template <class T>
 bool Taylor<T>::arithmetic(Op op, const Series<T>& x, const Series<T>& y, Series<T>& r) {
-  if constexpr (!SeriesNumber<T>::kKnown) return false;
+  if constexpr (!kKnown) return false;
   if (op != Op::Add && op != Op::Sub && op != Op::Mul) return false;
   const std::size_t n = detail::common_size(x, y);
   r.become(T(0));
@@ -186,7 +219,7 @@ bool Taylor<T>::arithmetic(Op op, const Series<T>& x, const Series<T>& y, Series
 
 template <class T>
 void Taylor<T>::add_to(Series<T>& sum, const Series<T>& more, bool minus) {
-  if constexpr (SeriesNumber<T>::kKnown) {
+  if constexpr (kKnown) {
     if (sum.size() == more.size()) {
       for (std::size_t k = 0; k < more.size(); ++k) sum[k] = minus ? sum[k] - more[k] : sum[k] + more[k];
       return;
@@ -212,13 +245,7 @@ void Taylor<T>::reverse_node(NodeId id, Many& adjoints) const {
   }
 }
 
-// Whether reverse() meets nothing but numbers.
-template <class T>
-bool Taylor<T>::are_numbers(const Many& of_outputs) const {
-  if (!SeriesNumber<T>::kKnown || moves_ || !function_->graph.callees().empty()) return false;
-  return std::none_of(of_outputs.begin(), of_outputs.end(), [](const Series<T>& s) { return s.moves(); });
-}
-
+// All values are numbers, and so are the adjoints.
 template <class T>
 void Taylor<T>::reverse_numbers(const Many& of_outputs, Many& of_variables) const {
   const Graph& graph = function_->graph;
@@ -236,23 +263,24 @@ void Taylor<T>::reverse_numbers(const Many& of_outputs, Many& of_variables) cons
     const Node& node = graph[id];
     const T v = numbers_[id];
     if (node.op == Op::Mul) {
-      pass(node.a, v * values_[node.b][0]), pass(node.b, v * values_[node.a][0]);
+      pass(node.a, v * point_[node.b]), pass(node.b, v * point_[node.a]);
     } else if (node.op == Op::Add || node.op == Op::Sub) {
       pass(node.a, v), pass(node.b, node.op == Op::Add ? v : -v);
     } else if (node.op == Op::Input) {
       if (node.a == static_cast<NodeId>(Block::kVariables)) of_variables[node.b] = Series<T>::constant(v);
     } else if (node.op != Op::Const) {
       const int n = info(node.op).arity;
-      const Series<T>&x = values_[node.a], &y = values_[n > 1 ? node.b : node.a],
-            &z = values_[n > 2 ? node.c : node.a];
+      const T x = point_[node.a], y = point_[n > 1 ? node.b : node.a], z = point_[n > 2 ? node.c : node.a];
       const bool as_number = passes_numbers(node.op) && v != T(0);
       for (int i = 0; i < n; ++i) {
         if (!has_slope(node.op, i) || graph.is_constant(node.argument(i))) continue;
         if (as_number) {
-          pass(node.argument(i), slope<T>(node.op, i, x[0], y[0], z[0], values_[id][0], v));
+          pass(node.argument(i), slope<T>(node.op, i, x, y, z, point_[id], v));
           continue;
         }
-        const auto s = slope<Series<T>>(node.op, i, x, y, z, values_[id], Series<T>::constant(v));
+        using S = Series<T>;
+        const auto s = slope<S>(node.op, i, S::constant(x), S::constant(y), S::constant(z),
+                                S::constant(point_[id]), S::constant(v));
         if (!s.is_nothing()) pass(node.argument(i), s[0]);
       }
     }
@@ -263,8 +291,14 @@ template <class T>
 std::vector<Series<T>> Taylor<T>::reverse(const Many& of_outputs, std::size_t orders) const {
   const Graph& graph = function_->graph;
   Many of_variables(function_->n_x());
-  if constexpr (SeriesNumber<T>::kKnown) {
-    if (are_numbers(of_outputs)) return reverse_numbers(of_outputs, of_variables), of_variables;
+  if constexpr (kKnown) {
+    const auto moves = [](const Series<T>& adjoint) { return adjoint.moves(); };
+    if (is_at_point_ && std::none_of(of_outputs.begin(), of_outputs.end(), moves))
+      return reverse_numbers(of_outputs, of_variables), of_variables;
+  }
+  if (is_at_point_) {
+    values_.resize(graph.size());
+    for (NodeId id = 0; id < graph.size(); ++id) values_[id].become(point_[id]);
   }
   Many& adjoints = adjoints_;
   adjoints.resize(graph.size());
@@ -273,7 +307,7 @@ std::vector<Series<T>> Taylor<T>::reverse(const Many& of_outputs, std::size_t or
   for (std::size_t i = 0; i < function_->n_y(); ++i) {
     if (of_outputs[i].is_nothing()) continue;
     Series<T>& adjoint = adjoints[function_->outputs[i]];
-    adjoint = detail::sum(adjoint, of_outputs[i], false).gated(!SeriesNumber<T>::kKnown);
+    adjoint = detail::sum(adjoint, of_outputs[i], false).gated(!kKnown);
   }
   for (auto id = static_cast<NodeId>(graph.size()); id-- > 0;) {
     const Node& node = graph[id];

@@ -90,6 +90,7 @@ struct Policy {
   }
   static bool is_plain(const AD&) { return true; }
   static double number(const AD& a) { return a.value(); }
+  static bool is_constant(const AD&, const AD& b) { return !b.is_recorded(); }
   template <Op op>
   static double evaluate(double x, double y, double z) {
     return dyntape::evaluate<op>(x, y, z);

@@ -15,7 +15,8 @@
 //   other(values...)      the recording of values if some are not of current(); null: all values are constants
 //   outside(tape, a)      the node of a value that is not of this recording: a constant, an input, or an error
 //   is_plain(a)           whether a value that is not recorded is a plain number
-//   number(a)             the number of that value as a double
+//   number(a)             the number of a value as a double
+//   is_constant(a, b)     whether b is a constant of the recording that an operation on a and b adds to
 //   evaluate<op>(x, y, z) the operation on Base
 //   check(tape)           called after each node that does not take the quick path
 #pragma once
@@ -99,7 +100,7 @@ struct RecordedArithmetic {
   template <Op op>
   static Value apply(Value a, Value b) {
     if constexpr (op == Op::Copysign) {
-      if (!b.is_recorded() && std::isnan(Policy::number(b))) refuse_sign_of_nan();
+      if (std::isnan(Policy::number(b)) && Policy::is_constant(a, b)) refuse_sign_of_nan();
     }
     if (!a.is_recorded() && !b.is_recorded())
       return Policy::template evaluate<op>(a.value(), b.value(), b.value());

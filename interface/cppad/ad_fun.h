@@ -261,9 +261,13 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   //   u                the dynamic parameters, then the variables
   //   compare_change   the function adds the number of comparisons with another result than at the recording point
   //   type             "double" or "float"
+  // Atomic and discrete functions are calls of C functions of the user:
+  //   int cppad_atomic_NAME(size_t call_id, size_t nx, const double* x, size_t ny, double* y, size_t* compare_change);
+  //   double cppad_discrete_NAME(const double x);
   // to_library() (library.h) also compiles, caches and differentiates.
   void to_csrc(std::ostream& out, const std::string& type) const requires(std::is_floating_point_v<Base>) {
-    detail::write_csrc(out, *core().recording().function, Range(), name_, type);
+    const auto& recording = core().recording();
+    detail::write_csrc(out, *recording.function, recording.kernels, Range(), name_, type);
   }
 
   // --- CppAD's formats (graph/cpp_graph.h): written by ADFun<double>, read by ADFun<double> and ADFun<AD<double>> ---

@@ -194,3 +194,12 @@ struct std::numeric_limits<CppAD::AD<Base>> : std::numeric_limits<Base> {
   static S signaling_NaN() { return std::numeric_limits<Base>::signaling_NaN(); }
   static S denorm_min() { return std::numeric_limits<Base>::denorm_min(); }
 };
+
+// Declares `bool name(AD<Base>)` and `bool name(AD<Base>, AD<Base>)` for functions of Base: of the values, without a
+// guard.
+#define CPPAD_BOOL_UNARY(Base, name) \
+  inline bool name(const ::CppAD::AD<Base>& x) { return name(x.value()); }
+#define CPPAD_BOOL_BINARY(Base, name)                                        \
+  inline bool name(const ::CppAD::AD<Base>& x, const ::CppAD::AD<Base>& y) { \
+    return name(x.value(), y.value());                                       \
+  }

@@ -95,6 +95,9 @@ struct Policy {
   }
   static bool is_plain(const Value& a) { return !is_captured(a.value()); }
   static double number(const Value& a) { return number_of(a); }
+  static bool is_constant(const Value& a, const Value& b) {
+    return is_on(current_tape<B>, a) && !is_on(current_tape<B>, b) && is_plain(b);
+  }
   template <Op op>
   static Base evaluate(const Base& x, const Base& y, const Base& z) {
     if constexpr (std::is_floating_point_v<Base>) {

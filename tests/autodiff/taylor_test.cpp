@@ -91,6 +91,16 @@ TEST_P(RowInSeries, ReverseIsTheTransposeOfForward) {
     S weights = S::zeros(q + 1);  // of y's coefficients from the highest down
     for (std::size_t k = 0; k <= q; ++k) weights[k] = 1 + 0.5 * static_cast<double>(k);
     const auto adjoints = run.reverse({weights});
+    if (q == 0) {
+      std::vector<double> numbers;
+      for (const S& series : x) numbers.push_back(series[0]);
+      Taylor<double> at_point(f);
+      at_point.forward_at(numbers);
+      EXPECT_EQ(at_point.output(0)[0], run.output(0)[0]);
+      const auto slopes = at_point.reverse({weights});
+      for (std::size_t i = 0; i < arity(); ++i)
+        EXPECT_EQ(slopes[i].at(0), adjoints[i].at(0)) << "argument " << i;
+    }
     for (std::size_t i = 0; i < arity(); ++i) {
       for (std::size_t k = 0; k <= q; ++k) {
         std::vector<Series<Dual>> dual;
@@ -163,6 +173,20 @@ TEST(Taylor, RandomProgramsAgreeWithDerivation) {
     const auto close = [&](double got, double expected, const char* what) {
       EXPECT_NEAR(got, expected, 1e-9 * (1 + std::abs(expected))) << random.seed_text() << ", " << what;
     };
+    Taylor<double> at_point(f);
+    at_point.forward_at(program.x, program.p);
+    for (std::size_t i = 0; i < f->n_y(); ++i) close(at_point.output(i)[0], all[i], "value");
+    std::vector<double> slopes(f->n_x());
+    for (std::size_t k = 0; k < derived.jacobian.nnz(); ++k)
+      slopes[derived.jacobian.col[k]] += w[derived.jacobian.row[k]] * J[k];
+    std::vector<S> moving;  // with weights for a coefficient that the values do not have
+    for (double weight : w) moving.push_back(S::of({weight, 2 * weight}));
+    const auto of_numbers = at_point.reverse(adjoints), of_moving = at_point.reverse(moving);
+    for (std::size_t j = 0; j < f->n_x(); ++j) {
+      close(of_numbers[j].at(0), slopes[j], "slopes at the point");
+      close(of_moving[j].at(0), slopes[j], "slopes at the point, in series");
+      close(of_moving[j].at(1), 2 * slopes[j], "slopes at the point, second coefficient");
+    }
     for (std::size_t j = 0; j < f->n_x(); ++j) {
       std::vector<S> x;
       for (std::size_t i = 0; i < f->n_x(); ++i)

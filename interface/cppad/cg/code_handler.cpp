@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/cppad/cg/code_handler.h>
 
+#include <algorithm>
+#include <cctype>
 #include <map>
+#include <sstream>
 
 #include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/print/print_body.h>
@@ -15,17 +18,18 @@ using namespace dyntape;
 namespace {
 
 // The statements of a function, without what they stand in.
-std::string statements_of(const Function& function, const PrintedNames& names, bool single) {
+std::string statements_of(const Function& function, const PrintedNames& names, bool single,
+                          const std::map<const Callee*, codegen::CalleeText>& callees = {}) {
   // Where the statements will stand sin is libm's.
   const codegen::Schedule order =
       codegen::schedule(function, {{0, function.outputs.size()}}, SIZE_MAX, Functions::kLibm);
-  const std::map<const Callee*, codegen::CalleeText> none;
   const codegen::BodyStyle style{{names.independent, "p", "w"},
                                  {{names.dependent, "results", 0, function.outputs.size()}},
-                                 none,
+                                 callees,
                                  {.lanes = false, .single = single}};
   std::string text = std::string("  typedef ") + (single ? "float" : "double") + " real;\n" +
                      "#undef dt_select\n#define dt_select(condition, a, b) ((condition) ? (a) : (b))\n";
+  if (order.work) text += "  real work[" + std::to_string(order.work) + "];\n";
   codegen::append_piece(text, function, order, 0, style);
   return text;
 }
@@ -70,25 +74,60 @@ void print_recording(std::ostream& out, const std::vector<AD<double>>& y, const 
 
 namespace CppAD::inline dyntape_names::detail {
 
-void write_csrc(std::ostream& out, const Function& function, std::size_t range, const std::string& name,
-                const std::string& type) {
+namespace {
+
+bool is_c_name(const std::string& name) {
+  return std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
+}
+
+// Declares the user's C function of this name, and a macro of (in, out) that calls it.
+void write_called(std::ostream& out, const Callee& callee, const KernelName& called, const std::string& macro,
+                  const std::string& type) {
+  if (called.kind == KernelName::kDiscrete) {
+    const std::string function = "cppad_discrete_" + called.name;
+    out << type << " " << function << "(const " << type << " x);\n"
+        << "#define " << macro << "(in, out) (out)[0] = " << function << "((in)[0])\n";
+    return;
+  }
+  const std::string function = "cppad_atomic_" + called.name;
+  out << "int " << function << "(size_t call_id, size_t nx, const " << type << "* x, size_t ny, " << type
+      << "* y, size_t* compare_change);\n"
+      << "#define " << macro << "(in, out) do { const int error = " << function << "(" << called.call_id
+      << ", " << callee.n_in << ", in, " << callee.n_out
+      << ", out, compare_change); if (error) return error; } while (0)\n";
+}
+
+}  // namespace
+
+void write_csrc(std::ostream& out, const Function& function, const Kernels& kernels, std::size_t range,
+                const std::string& name, const std::string& type) {
   const bool single = cg::is_single("to_csrc", type);
   if (name.empty()) refuse("to_csrc: the function has no name, expected function_name_set(...) before it");
-  if (!function.graph.callees().empty())
-    refuse("to_csrc: \"" + name +
-           "\" calls a function of the user, of which there is no C; to_library() interprets it");
   Function values = function;
   values.outputs.resize(range);
   values = compact(values);
+  std::ostringstream declarations;
+  std::map<const Callee*, codegen::CalleeText> callees;
+  for (const auto& callee : values.graph.callees()) {
+    const auto kernel = kernels.find(callee.get());
+    const KernelName called = kernel == kernels.end() ? KernelName() : kernel->second->called();
+    if (called.kind == KernelName::kOther || !is_c_name(called.name))
+      refuse("to_csrc: \"" + name + "\" calls \"" + (called.name.empty() ? callee->name : called.name) +
+             "\", expected atomic_three, atomic_four or discrete functions whose names are names in C;"
+             " to_library() interprets others");
+    const std::string macro = "dt_call_" + std::to_string(callees.size());
+    write_called(declarations, *callee, called, macro, type);
+    callees[callee.get()].name = macro;
+  }
   const std::size_t n_p = values.n_p(), n_u = n_p + values.n_x();
   out << "#include <math.h>\n#include <stddef.h>\n\n"
          "#define DT_CHECK(violated, k) if (violated) ++*compare_change\n\n"
-      << "int cppad_jit_" << name << "(size_t nu, const " << type << "* u, size_t ny, " << type
-      << "* y, size_t* compare_change) {\n"
+      << declarations.str() << "int cppad_jit_" << name << "(size_t nu, const " << type << "* u, size_t ny, "
+      << type << "* y, size_t* compare_change) {\n"
       << "  const " << type << " *const p = u, *const x = u + " << n_p << ";\n"
       << "  (void)p, (void)x, (void)compare_change;\n  if (nu != " << n_u
       << ") return 1;\n  if (ny != " << range << ") return 2;\n  {\n"
-      << cg::statements_of(values, {}, single) << "  }\n  return 0;\n}\n";
+      << cg::statements_of(values, {}, single, callees) << "  }\n  return 0;\n}\n";
 }
 
 }  // namespace CppAD::inline dyntape_names::detail

@@ -122,11 +122,14 @@ void Fun<Base>::start_at(const Values& x) {
 template <class Base>
 void Fun<Base>::run_all() {
   if (!stale_ && runs_.size() == inputs_.size()) return;
-  const auto p = constants_of(dynamics_), w = constants_of(recording_->captured);
   while (runs_.size() < inputs_.size()) runs_.push_back(std::make_unique<Run>(*recording_));
   runs_.resize(inputs_.size());
   for (std::size_t l = 0; l < inputs_.size(); ++l) {
     const auto& coefficients = inputs_[l];
+    if (orders_ == 1) {
+      runs_[l]->taylor.forward_at(coefficients[0], dynamics_, recording_->captured);
+      continue;
+    }
     std::vector<Series<Base>> x(domain());
     for (std::size_t j = 0; j < x.size(); ++j) {
       std::size_t n = orders_;
@@ -135,7 +138,7 @@ void Fun<Base>::run_all() {
       x[j].resize(n);
       for (std::size_t k = 0; k < n; ++k) x[j][k] = coefficients[k][j];
     }
-    runs_[l]->taylor.forward(x, p, w);
+    runs_[l]->taylor.forward(x, constants_of(dynamics_), constants_of(recording_->captured));
   }
   stale_ = false;
 }
@@ -166,8 +169,9 @@ std::vector<Base> Fun<Base>::forward(std::size_t q, const Values& xq, std::ostre
   run_all();
   if (q == 0 || all) after_order_zero(out);
   Values y;
+  y.reserve(all ? m * (q + 1) : m);
   for (std::size_t i = 0; i < m; ++i) {
-    const Series<Base>& series = runs_[0]->taylor.output(i);
+    const Series<Base> series = runs_[0]->taylor.output(i);
     for (std::size_t k = all ? 0 : q; k <= q; ++k) y.push_back(series.at(k));
   }
   if (q == 0) check_numbers(y);

@@ -113,8 +113,8 @@ AbsNormal<Base> abs_normal_of(const Recording<Base>& f);
 template <class Base>
 std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Base>& of, const char* who);
 // C of the values, as CppAD's to_csrc writes it (cg/code_handler.cpp).
-void write_csrc(std::ostream& out, const Function& function, std::size_t range, const std::string& name,
-                const std::string& type);
+void write_csrc(std::ostream& out, const Function& function, const Kernels& kernels, std::size_t range,
+                const std::string& name, const std::string& type);
 template <class Base>
 bool is_recording();
 

@@ -315,9 +315,11 @@ std::shared_ptr<const Recording<Base>> read_graph(const cpp_graph& graph,
                                                   const vector<bool>& variable_to_dynamic) {
   return GraphReader<Base>(graph).read(dynamic_to_variable, variable_to_dynamic);
 }
-template std::shared_ptr<const Recording<double>> read_graph(const cpp_graph&, const vector<bool>&,
+#define DYNTAPE_READ_GRAPH(Base)                                                                    \
+  template std::shared_ptr<const Recording<Base>> read_graph(const cpp_graph&, const vector<bool>&, \
                                                              const vector<bool>&);
-template std::shared_ptr<const Recording<AD<double>>> read_graph(const cpp_graph&, const vector<bool>&,
-                                                                 const vector<bool>&);
+DYNTAPE_READ_GRAPH(float)
+DYNTAPE_READ_GRAPH(double)
+DYNTAPE_READ_GRAPH(AD<double>)
 
 }  // namespace CppAD::inline dyntape_names::detail

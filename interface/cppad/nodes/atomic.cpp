@@ -198,6 +198,8 @@ std::vector<AD<Base>> AtomicFunction<Base>::call(std::size_t call_id, const std:
   return results;
 }
 
+template std::vector<AD<float>> atomic_by_name(const std::string&, std::size_t, const std::vector<AD<float>>&,
+                                               std::size_t);
 template std::vector<AD<double>> atomic_by_name(const std::string&, std::size_t,
                                                 const std::vector<AD<double>>&, std::size_t);
 template std::vector<AD<AD<double>>> atomic_by_name(const std::string&, std::size_t,

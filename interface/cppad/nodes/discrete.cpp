@@ -118,6 +118,7 @@ AD<Base> discrete_by_name(const std::string& name, const AD<Base>& x) {
   refuse("there is no discrete function \"" + name + "\"; call its AD version first");
 }
 
+template AD<float> discrete_by_name(const std::string&, const AD<float>&);
 template AD<double> discrete_by_name(const std::string&, const AD<double>&);
 template AD<AD<double>> discrete_by_name(const std::string&, const AD<AD<double>>&);
 template AD<float> discrete_call(const char*, float (*)(const float&), const AD<float>&);

@@ -4,10 +4,11 @@
 //
 //   Scalar logdet;
 //   const int sign = LuSolve(n, m, A, B, X, logdet);       // A X = B; det A = sign exp(logdet); 0: singular
-//
+// Numbers may be complex; another class of numbers needs AbsGeq(x, y) and LeqZero(x), found by its arguments.
 // The pivots of recorded values are those of the recording point; they leave no guard.
 #pragma once
 
+#include <complex>
 #include <string>
 #include <utility>
 
@@ -15,6 +16,25 @@
 #include <dyntape/interface/cppad/vector.h>
 
 namespace CppAD::inline dyntape_names {
+
+// Whether |x| >= |y|: how pivots are chosen.
+template <Conditional S>
+bool AbsGeq(const S& x, const S& y) {
+  return abs_geq(x, y);
+}
+template <class Float>
+bool AbsGeq(const std::complex<Float>& x, const std::complex<Float>& y) {
+  return std::abs(x) >= std::abs(y);
+}
+// Whether x <= 0: the sign of a pivot then belongs to that of the determinant.
+template <Conditional S>
+bool LeqZero(const S& x) {
+  return plain_value(x) <= 0;
+}
+template <class Float>
+bool LeqZero(const std::complex<Float>& x) {
+  return x == std::complex<Float>(0);
+}
 
 namespace detail {
 inline void check_matrix(const char* what, std::size_t got, std::size_t expected) {
@@ -35,13 +55,13 @@ int factor(SizeVector& ip, SizeVector& jp, Vector& LU, AtPivot&& at_pivot) {
     std::size_t row = p, col = p;
     for (std::size_t i = p; i < n; ++i) {
       for (std::size_t j = p; j < n; ++j) {
-        if (!abs_geq(LU[ip[row] * n + jp[col]], LU[ip[i] * n + jp[j]])) row = i, col = j;
+        if (!AbsGeq(LU[ip[row] * n + jp[col]], LU[ip[i] * n + jp[j]])) row = i, col = j;
       }
     }
     if (row != p) std::swap(ip[p], ip[row]), sign = -sign;
     if (col != p) std::swap(jp[p], jp[col]), sign = -sign;
     const Scalar pivot = LU[ip[p] * n + jp[p]];
-    if (plain_value(pivot) == 0) return 0;
+    if (LeqZero(pivot) && LeqZero(Scalar(-pivot))) return 0;
     at_pivot(p, pivot);
     for (std::size_t j = p + 1; j < n; ++j) LU[ip[p] * n + jp[j]] = LU[ip[p] * n + jp[j]] / pivot;
     for (std::size_t i = p + 1; i < n; ++i) {
@@ -110,9 +130,10 @@ int LuSolve(std::size_t n, std::size_t m, const Vector& A, const Vector& B, Vect
   if (sign == 0) return 0;
   for (std::size_t p = 0; p < n; ++p) {
     const Scalar pivot = LU[ip[p] * n + jp[p]];
-    if (plain_value(pivot) < 0) sign = -sign;
+    const bool negative = LeqZero(pivot);
+    if (negative) sign = -sign;
     using std::log;
-    logdet = logdet + log(plain_value(pivot) < 0 ? Scalar(-pivot) : pivot);
+    logdet = logdet + log(negative ? Scalar(-pivot) : pivot);
   }
   X = B;
   LuInvert(ip, jp, LU, X);

@@ -91,15 +91,24 @@ TEST(CppadGraph, ParametersAndVariablesChangeSides) {
 }
 
 double graph_step(const double& x) { return x < 0 ? 0 : 1; }
+float graph_step(const float& x) { return x < 0 ? 0 : 1; }
 CPPAD_DISCRETE_FUNCTION(double, graph_step)
+CPPAD_DISCRETE_FUNCTION(float, graph_step)
 
-TEST(CppadGraph, FunctionsOfTheUserByName) {
-  std::vector<ADouble> x{2}, y(1);
+template <class Base>
+class GraphsOf : public testing::Test {};
+using GraphBases = testing::Types<float, double>;
+TYPED_TEST_SUITE(GraphsOf, GraphBases);
+
+TYPED_TEST(GraphsOf, FunctionsOfTheUserByName) {
+  using S = AD<TypeParam>;
+  using Values = std::vector<TypeParam>;
+  std::vector<S> x{2}, y(1);
   Independent(x);
   y[0] = x[0] * x[0] * x[0];
-  ADFun<double> cube(x, y);
-  CppAD::chkpoint_two<double> called(cube, "graph_cube");
-  graph_step(ADouble(1));  // known from its first call on
+  ADFun<TypeParam> cube(x, y);
+  CppAD::chkpoint_two<TypeParam> called(cube, "graph_cube");
+  graph_step(S(1));  // known from its first call on
   CppAD::cpp_graph graph;
   graph.n_variable_ind_set(1);
   graph.atomic_name_vec_push_back("graph_cube");
@@ -109,12 +118,12 @@ TEST(CppadGraph, FunctionsOfTheUserByName) {
   for (std::size_t argument : {0, 1}) graph.operator_arg_push_back(argument);  // step(x): node 3
   graph.operator_vec_push_back(CppAD::graph::discrete_graph_op);
   graph.dependent_vec_push_back(2), graph.dependent_vec_push_back(3);
-  ADFun<double> f, g;
+  ADFun<TypeParam> f, g;
   f.from_graph(graph);
-  expect_near(f.Forward(0, DVector{3}), {27, 1});
-  expect_near(f.Jacobian(DVector{3}), {27, 0});
+  EXPECT_EQ(f.Forward(0, Values{3}), (Values{27, 1}));
+  EXPECT_EQ(f.Jacobian(Values{3}), (Values{27, 0}));
   g.from_json(f.to_json());
-  expect_near(g.Jacobian(DVector{-2}), {12, 0});
+  EXPECT_EQ(g.Jacobian(Values{-2}), (Values{12, 0}));
 }
 
 TEST(CppadGraph, WhatIsNoGraphIsSaid) {

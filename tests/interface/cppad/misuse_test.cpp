@@ -68,6 +68,23 @@ const Misuse kMisuses[] = {
        CppAD::Value(x[0]);
      },
      {"Value", "Var2Par"}},
+    {"SignOfNan",
+     [] {
+       AVector x(1);
+       Independent(x);
+       copysign(x[0], ADouble(kNan));
+     },
+     {"copysign", "NaN"}},
+    {"SignOfNanOfAnEndedRecording",
+     [] {
+       AVector x{-1}, y(1);
+       Independent(x);
+       y[0] = log(x[0]);
+       ADFun<double> f(x, y);
+       Independent(x);
+       copysign(x[0], y[0]);
+     },
+     {"copysign", "NaN"}},
     {"AbortIndex",
      [] {
        AVector x(1);

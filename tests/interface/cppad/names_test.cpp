@@ -17,6 +17,24 @@ namespace {
 
 using Sizes = std::vector<std::size_t>;
 
+bool is_whole(const double& x) { return x == std::floor(x); }
+bool divides(const double& x, const double& y) { return std::fmod(y, x) == 0; }
+CPPAD_BOOL_UNARY(double, is_whole)
+CPPAD_BOOL_BINARY(double, divides)
+CPPAD_BOOL_UNARY(ADouble, is_whole)
+CPPAD_BOOL_BINARY(ADouble, divides)
+
+TEST(CppadBoolFunctions, AreOfTheValuesAndLeaveNoGuard) {
+  ADFun<double> f = recorded({3, 6}, [](const AVector& x) {
+    EXPECT_TRUE(is_whole(x[0]) && divides(x[0], x[1]) && divides(ADouble(3), x[1]));
+    EXPECT_FALSE(is_whole(x[0] / 2) || divides(x[1], x[0]));
+    EXPECT_TRUE(is_whole(AD<ADouble>(x[0])) && divides(AD<ADouble>(x[0]), AD<ADouble>(x[1])));
+    return std::vector<ADouble>{is_whole(x[0]) ? x[0] : x[1]};
+  });
+  expect_near(f.Forward(0, DVector{0.5, 2}), {0.5});
+  EXPECT_EQ(f.compare_change_number(), 0u);
+}
+
 // f = (||x0| - x1| x0, x1 + |x1|): z = (x0, u0 - x1, x1), y = (u1 x0, x1 + u2)
 ADFun<double> with_absolute_values() {
   return recorded({1, 2}, [](const AVector& x) {
@@ -117,7 +135,97 @@ void expect_csrc_agrees() {
 TEST(CppadCsrc, AgreesInDoubles) { expect_csrc_agrees<double, CppAD::jit_double>(); }
 TEST(CppadCsrc, AgreesInFloats) { expect_csrc_agrees<float, CppAD::jit_float>(); }
 
+// y = (x0 x1, x0 + call_id)
+template <class Float>
+class Called : public CppAD::atomic_four<Float> {
+ public:
+  explicit Called(const std::string& name) : CppAD::atomic_four<Float>(name) {}
+
+ private:
+  using Types = CppAD::vector<CppAD::ad_type_enum>;
+  bool for_type(std::size_t, const Types& x, Types& y) override {
+    y[0] = std::max(x[0], x[1]), y[1] = x[0];
+    return true;
+  }
+  bool forward(std::size_t call_id, const CppAD::vector<bool>&, std::size_t, std::size_t up,
+               const CppAD::vector<Float>& x, CppAD::vector<Float>& y) override {
+    if (up > 0) return false;
+    y[0] = x[0] * x[1], y[1] = x[0] + static_cast<Float>(call_id);
+    return true;
+  }
+};
+double names_step(const double& x) { return x < 1 ? 0 : 1; }
+float names_step(const float& x) { return x < 1 ? 0 : 1; }
+CPPAD_DISCRETE_FUNCTION(double, names_step)
+CPPAD_DISCRETE_FUNCTION(float, names_step)
+
+// Functions of the user are calls of the user's C: few of them, and as many as have their arguments in memory.
+template <class Float, class Function>
+void expect_calls_in_csrc(std::size_t calls) {
+  const std::string type = sizeof(Float) == 4 ? "float" : "double";
+  Called<Float> called("names_called");
+  std::vector<AD<Float>> x{Float(0.5), Float(2)}, p{Float(3)}, y{0, 0}, in(2), out(2);
+  Independent(x, 0, true, p);
+  for (std::size_t k = 0; k < calls; ++k) {
+    in[0] = k % 2 ? x[0] : p[0], in[1] = x[1] + Float(k);
+    called(k, in, out);
+    y[0] += out[0], y[1] += out[1] * names_step(x[0] * Float(k));
+  }
+  ADFun<Float> f(x, y);
+  f.function_name_set("calls");
+  std::ostringstream code;
+  f.to_csrc(code, type);
+  const Folder folder;
+  const std::string library = folder.file("calls.so");
+  const std::string users =
+      "#include <stddef.h>\nint cppad_atomic_names_called(size_t call_id, size_t nx, const " + type +
+      "* x, size_t ny, " + type +
+      "* y, size_t* compare_change) {\n  if (nx != 2 || ny != 2) return 1;\n"
+      "  if (x[0] < -100) return 7;\n  if (x[0] > 100) ++*compare_change;\n"
+      "  y[0] = x[0] * x[1], y[1] = x[0] + call_id;\n  return 0;\n}\n" +
+      type + " cppad_discrete_names_step(const " + type + " x) { return x < 1 ? 0 : 1; }\n";
+  std::string error = CppAD::create_dll_lib(
+      library, std::vector<std::string>{folder.file("users.c", users), folder.file("calls.c", code.str())},
+      {});
+  ASSERT_EQ(error, "");
+  const CppAD::link_dll_lib loaded(library, error);
+  ASSERT_EQ(error, "");
+  const auto call = reinterpret_cast<Function>(loaded("cppad_jit_calls", error));
+  ASSERT_EQ(error, "");
+  std::size_t changes = 0;
+  std::vector<Float> got(2);
+  for (std::vector<Float> u : {std::vector<Float>{3, Float(0.5), 2}, {4, 3, 1}}) {
+    ASSERT_EQ(call(3, u.data(), 2, got.data(), &changes), 0);
+    f.new_dynamic(std::vector<Float>{u[0]});
+    const auto expected = f.Forward(0, std::vector<Float>{u[1], u[2]});
+    for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(got[i], expected[i]);
+    u[1] = -200;
+    EXPECT_EQ(call(3, u.data(), 2, got.data(), &changes), 7);
+  }
+  EXPECT_EQ(changes, 0u);
+  ASSERT_EQ(call(3, std::vector<Float>{3, 200, 1}.data(), 2, got.data(), &changes), 0);
+  EXPECT_EQ(changes, calls / 2);
+}
+
+TEST(CppadCsrc, CallsTheUsersCInDoubles) {
+  for (const std::size_t calls : {3, 300}) expect_calls_in_csrc<double, CppAD::jit_double>(calls);
+}
+TEST(CppadCsrc, CallsTheUsersCInFloats) {
+  for (const std::size_t calls : {3, 300}) expect_calls_in_csrc<float, CppAD::jit_float>(calls);
+}
+
 TEST(CppadCsrc, WhatGoesWrongIsSaid) {
+  Called<double> unnamed("names (x, y)");
+  const auto with_call = [&](const AVector& x) {
+    AVector out(2);
+    unnamed(x, out);
+    return std::vector<ADouble>{out[0]};
+  };
+  auto g = recorded({1, 2}, with_call);
+  g.function_name_set("g");
+  std::ostringstream code_of_g;
+  EXPECT_NE(sentence_of<ArgumentError>([&] { g.to_csrc(code_of_g, "double"); }).find("names (x, y)"),
+            std::string::npos);
   auto f = recorded({1}, [](const AVector& x) { return std::vector<ADouble>{x[0]}; });
   std::ostringstream code;
   EXPECT_NE(sentence_of<ArgumentError>([&] { f.to_csrc(code, "double"); }).find("function_name_set"),

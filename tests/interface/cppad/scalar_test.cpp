@@ -148,6 +148,23 @@ TEST(CppadScalar, MinMaxHypotFmodLeaveNoGuard) {
   EXPECT_EQ(f.compare_change_number(), 0u);
 }
 
+// Only a recording refuses the sign of a constant NaN: numbers have one, and so may a value of the other level.
+TEST(CppadScalar, CopysignOfNanOutsideOfTheRecording) {
+  EXPECT_EQ(Value(copysign(ADouble(2), ADouble(-kNan))), std::copysign(2, -kNan));
+  AVector x{0.5}, y(1);
+  Independent(x);
+  EXPECT_EQ(Value(copysign(ADouble(2), ADouble(kNan))), 2);
+  EXPECT_EQ(std::abs(Value(Var2Par(copysign(ADouble(2), log(x[0] - 1))))), 2);
+  std::vector<AD<ADouble>> outer{AD<ADouble>(3)}, result(1);
+  Independent(outer);
+  result[0] = copysign(outer[0], AD<ADouble>(log(x[0] - 1)));  // NaN here, a variable of the inner recording
+  ADFun<ADouble> g(outer, result);
+  y[0] = g.Forward(0, AVector{ADouble(3)})[0];
+  ADFun<double> f(x, y);
+  expect_near(f.Forward(0, DVector{1.5}), {-3});
+  expect_near(f.Forward(0, DVector{4}), {3});
+}
+
 // l, r, t, f are each a variable, a dynamic parameter and a constant.
 TEST(CppadConditions, AllRelationsOfAllKindsOfOperands) {
   for (int kinds = 0; kinds < 81; ++kinds) {

@@ -78,6 +78,23 @@ TEST(CppadLu, SingularAndSteps) {
   expect_near(right, {1, 1});
 }
 
+// (1 + i, 2; i, 3 - i) has the determinant 4.
+TEST(CppadLu, OfComplexNumbers) {
+  using Complex = std::complex<double>;
+  const Complex i(0, 1);
+  CppAD::vector<Complex> A{1.0 + i, 2, i, 3.0 - i}, B{3.0 + i, 3}, X(2);
+  Complex logdet;
+  const int sign = CppAD::LuSolve(2, 1, A, B, X, logdet);
+  EXPECT_LT(std::abs(double(sign) * exp(logdet) - (4.0 + 0.0 * i)), 1e-14);
+  for (std::size_t row = 0; row < 2; ++row)
+    EXPECT_LT(std::abs(A[2 * row] * X[0] + A[2 * row + 1] * X[1] - B[row]), 1e-14);
+  A[0] = 2, A[1] = 2.0 * i, A[2] = i, A[3] = -1;
+  EXPECT_EQ(CppAD::LuSolve(2, 1, A, B, X, logdet), 0);
+  EXPECT_TRUE(CppAD::AbsGeq(i, Complex(-1)) && !CppAD::AbsGeq(i, 1.0 + i) &&
+              CppAD::AbsGeq(ADouble(-3), ADouble(2)));
+  EXPECT_TRUE(CppAD::LeqZero(-2.0) && CppAD::LeqZero(Complex(0)) && !CppAD::LeqZero(Complex(-1)));
+}
+
 TEST(CppadLu, OfRecordedValues) {
   ADFun<double> f = recorded({4, 1, 2, 3}, [](const AVector& x) -> std::vector<ADouble> {
     AVector B{1, 0, 0, 1}, X(4);
