@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Problems of robots whose joints follow others, and what problems and tasks say before a solve."""
 
+import shutil
 import warnings
 
 import dyntape
@@ -174,3 +175,49 @@ def test_functions_that_refer_to_their_problem_are_collected():
     mark = make()
     gc.collect()
     assert mark() is None
+
+
+# --- Tasks that cannot be met ---
+
+
+def warned(task, **settings):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        dyntape.solve(CONFIG / "tasks" / task, set={"solver.max_iterations": 1, **settings})
+    return [str(w.message) for w in told]
+
+
+def test_weak_motors_are_told_before_the_solve():
+    assert not [s for s in warned("quadruped_jump.info") if "motors" in s]
+    told = [s for s in warned("quadruped_jump.info", **{"bounds.efforts": 0.3}) if "motors cannot hold" in s]
+    assert len(told) == 1 and "N m at least, and its limit is 0.3" in told[0]
+
+
+def test_footholds_out_of_reach_are_told_in_metres(tmp_path):
+    text = (CONFIG / "tasks" / "quadruped_jump.info").read_text().replace("../robots", str(CONFIG / "robots"))
+
+    def notes(offset):
+        changed = text.replace("phase landing {", "phase landing { foothold_offset { FL_FOOT \"" + offset + "\" }")
+        (tmp_path / "jump.info").write_text(changed)
+        return warned(tmp_path / "jump.info")
+
+    assert not [s for s in notes("0.05 0 0") if "foothold" in s]
+    far = notes("1.5 0 0")
+    assert any("phase 'landing': no configuration" in s and "misses one by" in s and " m" in s for s in far)
+    below = notes("0 0 -0.15")
+    assert any("the foothold of 'FL_FOOT' is 0.150 m below the floor" in s for s in below)
+
+
+@pytest.mark.skipif(not shutil.which("gnuplot"), reason="gnuplot draws them")
+def test_pictures_say_what_they_show(tmp_path):
+    dyntape.sweep(CONFIG / "sweeps" / "pendulum_amplitudes.info", tmp_path / "grid", set={"samples": 1})
+    grid = (tmp_path / "grid" / "sweep.svg").read_text()
+    assert "q.hinge [rad]" in grid and "samples" not in grid  # a histogram would tell where the grid is
+    dyntape.sweep(CONFIG / "sweeps" / "quadruped_dropped.info", tmp_path / "random", set={"samples": 20})
+    random = (tmp_path / "random" / "sweep.svg").read_text()
+    assert "start.base.position.z [m]" in random and "q2, base z [m]" in random and "samples" in random
+    scene = dyntape.Scene(CONFIG / "scenes" / "quadruped_on_floor.info", set={"simulation.duration": 0.2})
+    forces = scene.simulate().plot()["forces"]
+    assert forces.count("rigid contact at FL_FOOT") == 1 and "sideways" in forces
+    jump = dyntape.solve(CONFIG / "tasks" / "quadruped_jump.info").plot()
+    assert "z + 0.35 y [m]" in jump["motion"] and "limit" in jump["trajectory"]
