@@ -108,6 +108,7 @@ ROOMS['interface/python'] = [room for room in ROOMS if room != 'tests']  # bindi
 ROOMS['interface/python/bridges'] = ROOMS['interface/python']  # other tools, in their terms
 ROOMS['interface/python/robots'] = ROOMS['interface/python']  # methods of a robot
 ROOMS['interface/python/problems'] = ROOMS['interface/python']  # parts of a problem
+ROOMS['interface/python/rollouts'] = ROOMS['interface/python']  # many motions of a scene
 LEAVES = {'autodiff/error.h', 'autodiff/suggest.h', 'autodiff/text_file.h', 'autodiff/processor.h', 'autodiff/eigen_layout.h', 'autodiff/factorisations.h',
           'autodiff/own_sines.h', 'autodiff/scalars/sines.h'}
 TABLE_READERS = {'autodiff/graph/op.h', 'autodiff/derive/expr.h', 'autodiff/record/scalar.h', 'autodiff/scalars/jet.h',

@@ -32,6 +32,9 @@ namespace dyntape::dynamics {
 std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysical_inertia = false,
                                     bool follow_mimics = false);
 
+// How the note on a joint with a <mimic> that is not followed ends: `joint "a" mimics "b"; ...`.
+inline constexpr const char* kReadAsIndependent = "; it is read as an independent joint";
+
 // The parts of the check, in the order of check_urdf.
 void check_urdf_encoding(const UrdfText& text);
 void check_urdf_is_expanded(const UrdfText& text, std::vector<std::string>& notes);

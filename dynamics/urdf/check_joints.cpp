@@ -95,7 +95,7 @@ void check_mimic(const UrdfText& text, const XMLElement& joint, bool follow,
   }
   const std::string subject = describe(joint) + " mimics \"" + other + "\"" + missing;
   if (!follow) {
-    notes.push_back(text.where(*mimic) + subject + "; it is read as an independent joint");
+    notes.push_back(text.where(*mimic) + subject + kReadAsIndependent);
   } else if (!missing.empty()) {
     text.fail(*mimic, subject);
   } else if (type_of(*text.find_joint(other)) == "fixed") {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The dynamics of a robot at a stage of its problem, for one scalar; private to robot_problem().
+// The dynamics of a robot at a stage of its problem, for one scalar; for robot_problem() and problems that are made of it.
 //
 //   Plant<double> plant(scene, controls);
 //   a = plant.forward(stage);                                    // FD(q, v, B u), of x = (q, v) and u
@@ -15,10 +15,16 @@
 #include <utility>
 #include <vector>
 
+#include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/dynamics/contact/rigid_contacts.h>
 #include <dyntape/dynamics/effects/effects.h>
 #include <dyntape/interface/control/problem/stage.h>
 #include <dyntape/interface/robot/robot_scene.h>
+
+namespace dyntape {
+struct Problem;
+struct RobotProblemOptions;
+}  // namespace dyntape
 
 namespace dyntape::detail {
 
@@ -33,6 +39,17 @@ struct Drives {
   std::vector<Push> thrusters;
   std::vector<int> contacts;  // frames of their contact forces
   dynamics::UnilateralConstraints rigid = {};
+  // The rows of G of mimic joints (dynamics/model/following.h), and its columns; empty: there are none.
+  std::vector<dynamics::FollowedEntry> following = {};
+  int leaders = 0;
+  Drives tie(const dynamics::Model<double>& model, const std::vector<dynamics::MimicRule>& rules) const {
+    Drives drives = *this;
+    if (rules.empty()) return drives;
+    const dynamics::MimicModel<double> tied(model, rules);
+    drives.following = tied.v_entries;
+    drives.leaders = tied.nv;
+    return drives;
+  }
   int n_held() const { return int(3 * contacts.size()); }
   int n_rigid() const {
     int rows = 0;
@@ -61,6 +78,7 @@ struct Plant {
         torques(model),
         pushed(model),
         drives(std::move(d)) {
+    if (!drives.following.empty()) data.following.emplace(drives.following, drives.leaders);
     for (const Drives::Push& push : drives.thrusters)
       pushes.push_back(dynamics::wrench_at_frame<T>(model, push.frame, dynamics::FixedIn::kBody, {}));
     for (int frame : drives.contacts)
@@ -132,5 +150,10 @@ struct Plant {
             dynamics::frame_placement(model, data, frame)};
   }
 };
+
+// robot_problem() of a robot with mimic joints.  States, controls and residuals are those of all joints; forward dynamics keeps
+// the rules.  No driven joint may follow another.
+Problem tied_problem(const RobotScene& scene, const RobotProblemOptions& options,
+                     const std::vector<dynamics::MimicRule>& mimics);
 
 }  // namespace dyntape::detail

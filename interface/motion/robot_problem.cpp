@@ -18,7 +18,6 @@
 #include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape {
-
 namespace {
 
 using detail::Drives;
@@ -48,7 +47,7 @@ struct Plants {
       : scene(s), drives(d), plain(std::make_shared<Plant<double>>(s.model, s.effects, d)) {
     dynamics::check(s.model, s.effects);
     const bool adds_inertia = s.effects.acting().added.count > 0;  // which callees do not know
-    if (adds_inertia || !is_worth_callees(s.model)) return;
+    if (adds_inertia || !d.following.empty() || !is_worth_callees(s.model)) return;
     const Model<double> acting = dynamics::acting_model(s.model, s.effects);
     forward_callee = forward_dynamics_callee(acting);
     inverse_callee = inverse_dynamics_callee(acting);
@@ -114,9 +113,8 @@ double effort_limit(const RobotScene& scene, const dynamics::Joint<double>& join
 }
 
 const dynamics::Joint<double>& joint_of_dof(const Model<double>& model, int dof) {
-  for (const auto& joint : model.joints) {
+  for (const auto& joint : model.joints)
     if (dof < joint.idx_v + dynamics::nv(joint.type)) return joint;
-  }
   return model.joints.back();
 }
 
@@ -354,8 +352,14 @@ Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::
 }
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options) {
+  return detail::tied_problem(scene, options, {});
+}
+
+Problem detail::tied_problem(const RobotScene& scene, const RobotProblemOptions& options,
+                             const std::vector<dynamics::MimicRule>& mimics) {
   check_implicit_contacts(scene);
-  const auto plants = std::make_shared<const Plants>(with_corners(scene, options), drives_of(scene, options));
+  const auto plants = std::make_shared<const Plants>(with_corners(scene, options),
+                                                     drives_of(scene, options).tie(scene.model, mimics));
   const Model<double>& model = scene.model;
   std::vector<std::string> states = entry_names_of(model, "q.", true);
   const std::vector<std::string> velocities = entry_names_of(model, "v.", false);
@@ -441,8 +445,7 @@ void limit_efforts(Problem& problem, const RobotScene& scene, ControlUnit unit) 
   for (std::size_t k = 0; k < dofs.size(); ++k) {
     const auto& joint = joint_of_dof(scene.model, dofs[k]);
     const double limit = unit == ControlUnit::kFraction ? 1 : rated(effort_limit(scene, joint, false));
-    problem.u.lower[long(k)] = -limit;
-    problem.u.upper[long(k)] = limit;
+    problem.u.lower[long(k)] = -limit, problem.u.upper[long(k)] = limit;
   }
 }
 

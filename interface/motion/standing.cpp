@@ -2,6 +2,7 @@
 #include <dyntape/interface/motion/standing.h>
 
 #include <algorithm>
+#include <random>
 
 #include <dyntape/autodiff/factorisations.h>
 #include <dyntape/dynamics/algorithms/centroidal.h>
@@ -61,7 +62,88 @@ void check_stand(const RobotScene& scene, const Eigen::VectorXd& q, const Stand&
     refuse("where it shall stand has an entry that is no finite number");
 }
 
+using Feet = std::vector<std::pair<std::string, Eigen::Vector3d>>;
+
+// Feet alone, joints within their limits.
+class FeetReacher {
+ public:
+  FeetReacher(const dynamics::Model<double>& model, const Feet& feet)
+      : model_(model), data_(model), feet_(feet) {
+    for (const auto& foot : feet) frames_.push_back(moving_frame(model, foot.first));
+    r_.resize(3 * Eigen::Index(frames_.size()));
+    J_.resize(r_.size(), model.nv);
+  }
+
+  Posture reach(Eigen::VectorXd q) {
+    q = within(q);
+    look_at(q);
+    double damping = 1e-6;
+    for (int k = 0; k < kMostIterations && damping < kMostDamping; ++k) {
+      const double before = r_.squaredNorm();
+      if (r_.cwiseAbs().maxCoeff() <= kInPlace) break;
+      Eigen::MatrixXd A = J_ * J_.transpose();
+      A.diagonal().array() += damping;
+      const Eigen::VectorXd step = -J_.transpose() * solve_positive(A, r_);
+      const Eigen::VectorXd next = within(dynamics::integrate<double>(model_, q, step));
+      look_at(next);
+      const bool is_nearer = r_.squaredNorm() < before;
+      if (is_nearer) q = next;
+      if (!is_nearer) look_at(q);
+      damping = is_nearer ? damping / 10 : damping * 10;
+    }
+    return {q, r_.cwiseAbs().maxCoeff()};
+  }
+
+  Eigen::VectorXd drawn(const Eigen::VectorXd& from) {
+    std::uniform_real_distribution<double> turn(-1, 1);
+    Eigen::VectorXd step(model_.nv);
+    for (double& entry : step) entry = turn(random_);
+    for (const auto& joint : model_.joints)  // a trunk turns and moves less
+      if (!dynamics::is_single(joint.type)) step.segment(joint.idx_v, dynamics::nv(joint.type)) *= 0.2;
+    return dynamics::integrate<double>(model_, from, step);
+  }
+
+ private:
+  void look_at(const Eigen::VectorXd& q) {
+    constexpr auto kAxes = dynamics::ReferenceFrame::kLocalWorldAligned;
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      const Eigen::Index k = 3 * Eigen::Index(i);
+      J_.middleRows(k, 3) = dynamics::frame_jacobian<double>(model_, data_, q, frames_[i], kAxes).topRows(3);
+      dynamics::forward_kinematics<double>(model_, data_, q);
+      r_.segment(k, 3) = dynamics::frame_placement(model_, data_, frames_[i]).p - feet_[i].second;
+    }
+  }
+
+  Eigen::VectorXd within(Eigen::VectorXd q) const {
+    for (const auto& joint : model_.joints) {
+      if (!dynamics::traits(joint.type).on_a_line) continue;
+      q[joint.idx_q] = std::max(joint.limits.lower, std::min(joint.limits.upper, q[joint.idx_q]));
+    }
+    return q;
+  }
+
+  const dynamics::Model<double>& model_;
+  dynamics::Data<double> data_;
+  const Feet& feet_;
+  std::vector<int> frames_;
+  Eigen::VectorXd r_;
+  Eigen::MatrixXd J_;
+  std::mt19937_64 random_{1};
+};
+
 }  // namespace
+
+Posture reaching(const RobotScene& scene, const Eigen::VectorXd& q, const Feet& feet) {
+  constexpr int kStarts = 8;
+  constexpr double kThere = 1e-6;  // m
+  FeetReacher reacher(scene.model, feet);
+  Posture best = reacher.reach(q);
+  for (int k = 1; k < kStarts && best.off > kThere; ++k) {
+    const Posture other = reacher.reach(reacher.drawn(q));
+    if (other.off < best.off) best = other;
+  }
+  return best;
+}
 
 Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand& stand) {
   check_stand(scene, q, stand);

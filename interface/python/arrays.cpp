@@ -11,6 +11,8 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/run/threads.h>
 
+#include "watch.h"
+
 namespace dyntape::python {
 namespace {
 
@@ -229,6 +231,7 @@ void Rows::gather(std::size_t first, std::size_t count, double* states) const {
 void for_chunks(const Rows& rows, const ChunkBody& body) {
   constexpr std::size_t kChunk =
       128;  // a multiple of all lanes, and long enough that nobody notices the hand-over
+  constexpr std::size_t kBriefChunks = 16;  // which end before anybody could press a key
   const std::size_t all = rows.count(), n_in = rows.entries();
   if (all == 0) return;
   const double* in_place = rows.in_place();
@@ -240,9 +243,13 @@ void for_chunks(const Rows& rows, const ChunkBody& body) {
     rows.gather(first, count, states.data());
     body(first, count, states.data());
   };
-  const nb::gil_scoped_release unlocked;
-  if (all <= kChunk) return chunk(0);
-  codegen::run_tasks((all + kChunk - 1) / kChunk, chunk);
+  const std::size_t chunks = (all + kChunk - 1) / kChunk;
+  interruptible(chunks > kBriefChunks, [&](const std::stop_token& stop) {
+    if (chunks == 1) return chunk(0);
+    codegen::run_tasks(chunks, [&](std::size_t k) {
+      if (!stop.stop_requested()) chunk(k);
+    });
+  });
 }
 
 void for_one(const Rows& rows, const ChunkBody& body) {

@@ -10,6 +10,7 @@
 
 #include "motions.h"
 #include "problems.h"
+#include "watch.h"
 
 namespace dyntape::python {
 namespace {
@@ -30,8 +31,17 @@ void make_mpc(PythonMpc* self, const PythonProblem& p, int intervals, const std:
   options.mesh.scheme = scheme_by_name(scheme);
   options.iterations = iterations;
   options.gains = gains;
-  const nb::gil_scoped_release unlocked;
-  new (self) PythonMpc(p.problem, options);
+  bool is_made = false;
+  try {
+    watched(nb::none(), [&](const Watch& watch) {
+      options.mesh.evaluation.stop = watch.stop;
+      new (self) PythonMpc(p.problem, options);
+      is_made = true;
+    });
+  } catch (...) {  // interrupted at the last moment
+    if (is_made) self->~PythonMpc();
+    throw;
+  }
 }
 
 MpcStep step(PythonMpc& self, double t, nb::handle x) {

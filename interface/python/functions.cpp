@@ -17,6 +17,7 @@
 #include <dyntape/autodiff/record/record.h>
 
 #include "recorded_arrays.h"
+#include "watch.h"
 
 namespace dyntape::python {
 namespace {
@@ -237,8 +238,10 @@ std::shared_ptr<RecordedFunction> compile(std::shared_ptr<RecordedFunction> f, i
   options.functions = functions_from(functions);
   options.lanes = lanes ? Lanes::kNative : Lanes::kNone;
   options.flags = flags;
-  const nb::gil_scoped_release unlocked;
-  f->compile(options);
+  watched(nb::none(), [&](const Watch& watch) {
+    options.stop = watch.stop;
+    f->compile(options);
+  });
   return f;
 }
 

@@ -13,6 +13,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/motion/robot_plant.h>
 
 #include "module.h"
 #include "scenes.h"
@@ -36,25 +37,30 @@ ControlUnit unit_from(const std::string& word) {
 }
 
 std::shared_ptr<P> problem_in(RobotScene scene, double duration, const std::string& form,
-                              const std::string& unit) {
+                              const std::string& unit, const std::vector<dynamics::MimicRule>& mimics = {}) {
   auto p = std::make_shared<P>();
   p->is_robot = true;
   p->scene = std::move(scene);
   p->options.duration = duration;
   p->options.form = form_from(form);
   p->options.unit = unit_from(unit);
-  p->problem = robot_problem(p->scene, p->options);
+  if (!mimics.empty()) {
+    const auto tied = std::make_shared<const TiedJoints>(p->scene, mimics);
+    tied->check_driven(p->scene.actuated);
+    if (p->scene.actuated.empty()) p->scene.actuated = tied->leaders();
+    p->tied = tied;
+  }
+  p->problem = p->tied ? p->tied->shortened(detail::tied_problem(p->scene, p->options, mimics))
+                       : robot_problem(p->scene, p->options);
   return p;
 }
 
 std::shared_ptr<P> problem_of(std::shared_ptr<const Robot> robot, double duration, const std::string& form,
                               const std::string& unit, const std::vector<std::string>& driven) {
-  if (!robot->urdf.mimics.empty())
-    throw ArgumentError("problem: not for robots whose joints follow others; load it without mimic=True");
   RobotScene scene;
   scene.model = robot->model();
   scene.actuated = driven;
-  const auto p = problem_in(std::move(scene), duration, form, unit);
+  const auto p = problem_in(std::move(scene), duration, form, unit, robot->urdf.mimics);
   p->visuals = [robot] { return robot->visuals(); };
   return p;
 }
@@ -94,8 +100,14 @@ P own_problem(const std::string& name, const std::vector<std::string>& states,
 // --- Ends, bounds, guesses --------------------------------------------------------------------------------
 
 VectorXd velocity_of(const P& p, nb::handle v) {
-  const int nv = p.scene.model.nv;
-  return v.is_none() ? VectorXd::Zero(nv).eval() : vector_of(v, "v", nv);
+  return v.is_none() ? VectorXd::Zero(p.nv()).eval() : vector_of(v, "v", p.nv());
+}
+
+using SetEnd = void (*)(Problem&, const RobotScene&, const VectorXd&, const VectorXd&);
+
+void set_end(const P& p, Problem& problem, SetEnd set, const VectorXd& q, const VectorXd& v) {
+  if (!p.tied) return set(problem, p.scene, q, v);
+  p.tied->set_ends(problem, [&](Problem& all) { set(all, p.scene, p.tied->all_q(q), p.tied->all_v(v)); });
 }
 
 void check_robot(const P& p, const char* what) {
@@ -105,21 +117,20 @@ void check_robot(const P& p, const char* what) {
 
 void start_at_state(P& p, nb::handle q, nb::handle v) {
   check_robot(p, "start_at");
-  start_at(p.problem, p.scene, vector_of(q, "q", p.scene.model.nq), velocity_of(p, v));
+  set_end(p, p.problem, start_at, vector_of(q, "q", p.nq()), velocity_of(p, v));
 }
 
 void end_at_state(P& p, nb::handle q, nb::handle v) {
   check_robot(p, "end_at");
-  const int nq = p.scene.model.nq;
-  const VectorXd there = q.is_none() ? VectorXd::Constant(nq, Problem::kFree).eval() : vector_of(q, "q", nq);
-  end_at(p.problem, p.scene, there, velocity_of(p, v));
+  const VectorXd free = VectorXd::Constant(p.nq(), Problem::kFree);
+  set_end(p, p.problem, end_at, q.is_none() ? free : vector_of(q, "q", p.nq()), velocity_of(p, v));
 }
 
 // The guess goes straight to these joints, whatever the goal gives.
 void guess_towards(P& p, nb::handle q) {
   check_robot(p, "guess_towards");
   Problem ends = p.problem;
-  end_at(ends, p.scene, vector_of(q, "q", p.scene.model.nq), VectorXd::Zero(p.scene.model.nv));
+  set_end(p, ends, end_at, vector_of(q, "q", p.nq()), VectorXd::Zero(p.nv()));
   p.problem.guess = straight_line(ends), p.earlier = nullptr;
 }
 
@@ -191,6 +202,15 @@ std::string summary(const P& p) {
   return "<dyntape.Problem \"" + p.problem.name + "\": " + std::to_string(p.problem.n_x()) + " states, " +
          std::to_string(p.problem.n_u()) + " controls, " +
          (terms.empty() ? std::string("no terms") : "terms: " + terms) + ">";
+}
+
+std::string word_of(const Term& term) {
+  return term.where == Where::kRunning ? "running"
+                                       : name_of_instant(term.where == Where::kTerminal ? 1 : term.share);
+}
+std::string word_of(Role role) {
+  constexpr const char* kWords[] = {"cost", "squares", "equality", "inequality"};
+  return kWords[static_cast<int>(role)];
 }
 
 void bind_ends(nb::class_<P>& problem) {
@@ -281,21 +301,61 @@ void bind_limits(nb::class_<P>& problem) {
           "free_duration", [](P& p, double s, double l) { p.problem.free_duration(s, l); },
           nb::arg("shortest"), nb::arg("longest"),
           "Leaves the duration to the solver, between these bounds, s.")
-      .def("__repr__", summary);
+      .def_prop_ro(
+          "terms",
+          [](const P& p) {
+            nb::list rows;
+            for (const Term& term : p.problem.terms)
+              rows.append(nb::make_tuple(term.name, word_of(term), word_of(term.role)));
+            return rows;
+          },
+          nb::sig("def terms(self) -> list[tuple[str, str, str]]"),
+          "Name, place (\"running\", an instant) and role (\"cost\", \"squares\", \"equality\", "
+          "\"inequality\") of each.")
+      .def_prop_ro(
+          "state_bounds",
+          [](const P& p) { return nb::make_tuple(of(p.problem.x.lower), of(p.problem.x.upper)); },
+          nb::sig("def state_bounds(self) -> tuple[Array, Array]"), "(states,) lower and upper ones.")
+      .def_prop_ro(
+          "control_bounds",
+          [](const P& p) { return nb::make_tuple(of(p.problem.u.lower), of(p.problem.u.upper)); },
+          nb::sig("def control_bounds(self) -> tuple[Array, Array]"), "(controls,) lower and upper ones.")
+      .def("__repr__", summary)
+      .def(
+          "_repr_html_",
+          [](nb::handle self) {
+            return nb::module_::import_("dyntape._pictures").attr("problem_page")(self);
+          },
+          "States with bounds and ends, controls and terms, as tables.");
 }
+
+// Functions that were given may refer to the problem.
+int traverse(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (!nb::inst_ready(self)) return 0;
+  for (const P::Given& given : nb::inst_ptr<P>(self)->given) Py_VISIT(given.function.ptr());
+  return 0;
+}
+int clear(PyObject* self) {
+  if (nb::inst_ready(self)) nb::inst_ptr<P>(self)->given.clear();
+  return 0;
+}
+PyType_Slot problem_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse)},
+                               {Py_tp_clear, reinterpret_cast<void*>(clear)},
+                               {0, nullptr}};
 
 }  // namespace
 
 StageSizes PythonProblem::sizes() const {
   StageSizes sizes{problem.n_x(), problem.n_a(), problem.n_u(), problem.parameters.size(), 0, 0};
-  if (is_robot) sizes.nq = scene.model.nq, sizes.nv = scene.model.nv;
+  if (is_robot) sizes.nq = nq(), sizes.nv = nv();
   return sizes;
 }
 
 void bind_problems(nb::module_& module) {
   bind_stages(module);
   nb::class_<P> problem(
-      module, "Problem",
+      module, "Problem", nb::type_slots(problem_slots),
       "An optimal control problem: what is minimised and demanded of a motion over time.\n\n"
       "robot.problem(duration=2) makes one of a robot; this class itself one of a dynamics of one's own:\n\n"
       ">>> p = dyntape.Problem(\"block\", [\"p\", \"v\"], [\"u\"], 1.0, lambda s: [s.x[1], s.u[0]])\n"
@@ -335,7 +395,8 @@ void bind_problems(nb::module_& module) {
       "An optimal control problem of this robot: state (q, v), controls at the driven joints.\n\n"
       "duration: s.  form: \"forward\" or \"inverse\" dynamics, the latter mostly faster.  unit of u: "
       "\"physical\", N m or\n"
-      "N, or \"fraction\" of the effort limit.  driven: joints, by default all.");
+      "N, or \"fraction\" of the effort limit.  driven: joints, by default all.\n\n"
+      "Joints that follow others (load(..., mimic=True)) keep their rules and have no states or controls.");
   nb::object scene = module.attr("Scene");
   scene.attr("problem") = nb::cpp_function(
       problem_of_scene, nb::name("problem"), nb::is_method(), nb::scope(scene),

@@ -10,6 +10,7 @@
 #include <dyntape/interface/control/solve/solve.h>
 #include <dyntape/interface/motion/robot_problem.h>
 
+#include "problems/tied_joints.h"
 #include "robot.h"
 
 namespace dyntape::python {
@@ -39,9 +40,20 @@ struct PythonProblem {
   RobotScene scene;
   RobotProblemOptions options;
   Problem problem;
+  std::shared_ptr<const TiedJoints> tied = {};   // of a robot with mimic joints: states have the others
   std::shared_ptr<const Solution> earlier = {};  // that solve() begins with
+  struct Given {
+    std::string name;
+    nb::callable function;
+  };
+  std::vector<Given> given = {};  // functions of the stage that were recorded, for messages
 
   StageSizes sizes() const;
+  int nq() const { return tied ? tied->nq() : scene.model.nq; }  // of a robot's states
+  int nv() const { return tied ? tied->nv() : scene.model.nv; }
+  // Of the scene's model, which has all joints.
+  Eigen::VectorXd all_q(const Eigen::VectorXd& q) const { return tied ? tied->all_q(q) : q; }
+  StageFunction of_all(const StageFunction& f) const { return tied ? tied->of_all(f) : f; }
 };
 
 // What Problem.solve() returns.
@@ -53,10 +65,13 @@ struct ProblemSolution {
 };
 
 // Runs the Python function once, on recorded values, and keeps what it did: no Python runs in a solve.
-StageFunction record_stage_function(const PythonProblem& problem, const std::string& name, nb::callable f);
+StageFunction record_stage_function(PythonProblem& problem, const std::string& name, nb::callable f);
+// Runs the functions again along the first guess: "the cost.py:3: sqrt of -1 is no number, in \"effort\" at t = 0 s" of the first
+// operation whose value or slope is not finite, or "".
+std::string first_not_finite_line(const PythonProblem& problem);
 
 // What a Python argument stands for: a ready function, or a callable of the stage.
-StageFunction stage_function_of(const PythonProblem& problem, const std::string& name, nb::handle given);
+StageFunction stage_function_of(PythonProblem& problem, const std::string& name, nb::handle given);
 
 // A number or an array; of a function of time the array has a row for each of the times, straight lines between.
 ParameterValue parameter_value(nb::handle value, nb::handle times);

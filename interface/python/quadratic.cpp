@@ -9,6 +9,7 @@
 
 #include "arrays.h"
 #include "module.h"
+#include "watch.h"
 
 namespace dyntape::python {
 namespace {
@@ -107,10 +108,12 @@ class QuadraticLayers {
  private:
   template <typename F>
   void for_all(const F& body) const {
-    const nb::gil_scoped_release unlocked;
     const std::size_t count = layers_.size(), chunk = 16;
-    codegen::run_tasks((count + chunk - 1) / chunk, [&](std::size_t task) {
-      for (std::size_t k = task * chunk; k < std::min(count, (task + 1) * chunk); ++k) body(k);
+    interruptible(count > chunk, [&](const std::stop_token& stop) {
+      codegen::run_tasks((count + chunk - 1) / chunk, [&](std::size_t task) {
+        for (std::size_t k = task * chunk; k < std::min(count, (task + 1) * chunk); ++k)
+          if (!stop.stop_requested()) body(k);
+      });
     });
   }
   template <typename F>

@@ -20,6 +20,16 @@ VectorXad recorded_vector(nb::handle given, const std::string& what, Eigen::Inde
 // A dyntape.Array (an array of objects whose comparisons give conditions); of no axes: the value itself.
 nb::object recorded_array(const AD* values, const Shape& shape);
 
+// While it lives, an operation of this thread whose value or slope is not finite, though its arguments are, raises NumericalError
+// with the line of Python: "user.py:3: sqrt of -1 is nan".
+class FindNotFinite {
+ public:
+  FindNotFinite();
+  ~FindNotFinite();
+  FindNotFinite(const FindNotFinite&) = delete;
+  FindNotFinite& operator=(const FindNotFinite&) = delete;
+};
+
 // The function of a robot in the recording that the state belongs to.
 VectorXad record_in_place(const Robot& robot, const RobotFunction& function, const VectorXad& state);
 

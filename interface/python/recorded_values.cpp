@@ -28,9 +28,11 @@ struct Comparison {
 
 // --- Places -----------------------------------------------------------------------------------------------
 
-bool is_own(const std::string& file) { return file.ends_with("/dyntape/_arrays.py"); }
+bool is_own(const std::string& file) {
+  return file.ends_with("/dyntape/_arrays.py") || file.find("/site-packages/numpy/") != file.npos;
+}
 
-// The line of Python that runs, this package's own left out.
+// The line of Python that runs, this package's own and numpy's left out.
 void find_place(std::string& file, int& line) {
   nb::object frame = nb::borrow(reinterpret_cast<PyObject*>(PyEval_GetFrame()));
   while (frame.is_valid()) {
@@ -41,6 +43,41 @@ void find_place(std::string& file, int& line) {
     if (!is_own(file)) return;
     frame = nb::steal(reinterpret_cast<PyObject*>(PyFrame_GetBack(here)));
   }
+}
+
+// --- Where a number stops being one -----------------------------------------------------------------------
+
+thread_local bool finds_not_finite = false;
+
+std::string sentence_of(const std::string& name, const AD& a, const AD* b) {
+  std::ostringstream text;
+  text << (name.starts_with("operator") ? name.substr(8) : name);
+  if (name == "operator/" && b)
+    text.str(""), text << a.value() << " / " << b->value();
+  else if (b)
+    text << " of " << a.value() << " and " << b->value();
+  else
+    text << " of " << a.value();
+  return text.str();
+}
+
+// The result, unless it is looked for what is not finite and this is where it begins.
+AD told(const AD& result, Op op, const std::string& name, const AD& a, const AD* b = nullptr) {
+  if (!finds_not_finite) [[likely]]
+    return result;
+  const double x = a.value(), y = b ? b->value() : 0, r = result.value();
+  if (!std::isfinite(x) || !std::isfinite(y)) return result;
+  std::string what;
+  if (!std::isfinite(r))
+    what = std::isnan(r) ? " is no number" : " is infinite";
+  else if ((a.is_recorded() && !std::isfinite(slope(op, 0, x, y, 0.0, r, 1.0))) ||
+           (b && b->is_recorded() && !std::isfinite(slope(op, 1, x, y, 0.0, r, 1.0))))
+    what = " has no slope";
+  if (what.empty()) return result;
+  std::string file;
+  int line = 0;
+  find_place(file, line);
+  throw NumericalError(file + ":" + std::to_string(line) + ": " + sentence_of(name, a, b) + what);
 }
 
 // --- Operators --------------------------------------------------------------------------------------------
@@ -82,35 +119,39 @@ std::string numpy_name(const std::string& name) {
 
 bool is_operator(const std::string& name) { return name.starts_with("operator"); }
 
-void define(nb::module_& module, nb::class_<AD>& type, const std::string& name, AD (*f)(const AD&)) {
+void define(nb::module_& module, nb::class_<AD>& type, Op op, const std::string& name, AD (*f)(const AD&)) {
   if (is_operator(name)) return;
   const std::string alias = numpy_name(name);
-  type.def(alias.c_str(), f);
-  if (alias != name) type.def(name.c_str(), f);
-  module.def(alias.c_str(), [f, alias](nb::handle x) { return f(operand(x, alias.c_str())); });
+  const auto of = [f, op, name](const AD& x) { return told(f(x), op, name, x); };
+  type.def(alias.c_str(), of);
+  if (alias != name) type.def(name.c_str(), of);
+  module.def(alias.c_str(), [of, alias](nb::handle x) { return of(operand(x, alias.c_str())); });
 }
 
-void define(nb::module_& module, nb::class_<AD>&, const std::string& name, AD (*f)(const AD&, const AD&)) {
+void define(nb::module_& module, nb::class_<AD>&, Op op, const std::string& name,
+            AD (*f)(const AD&, const AD&)) {
   if (is_operator(name)) return;
   const std::string alias = numpy_name(name);
-  module.def(alias.c_str(), [f, alias](nb::handle x, nb::handle y) {
-    return f(operand(x, alias.c_str()), operand(y, alias.c_str()));
+  module.def(alias.c_str(), [f, op, name, alias](nb::handle given_x, nb::handle given_y) {
+    const AD x = operand(given_x, alias.c_str()), y = operand(given_y, alias.c_str());
+    return told(f(x, y), op, name, x, &y);
   });
 }
 
 void define_functions(nb::module_& module, nb::class_<AD>& type) {
-#define OP(name, fn, n, ...) DYNTAPE_PYTHON_##n(fn)
-#define DYNTAPE_PYTHON_1(fn)                                                 \
-  define(module, type, #fn, static_cast<AD (*)(const AD&)>([](const AD& x) { \
-           using dyntape::fn;                                                \
-           return fn(x);                                                     \
+#define OP(name, fn, n, ...) DYNTAPE_PYTHON_##n(name, fn)
+#define DYNTAPE_PYTHON_1(name, fn)                                                     \
+  define(module, type, Op::name, #fn, static_cast<AD (*)(const AD&)>([](const AD& x) { \
+           using dyntape::fn;                                                          \
+           return fn(x);                                                               \
          }));
-#define DYNTAPE_PYTHON_2(fn)                                                                         \
-  define(module, type, #fn, static_cast<AD (*)(const AD&, const AD&)>([](const AD& x, const AD& y) { \
-           using dyntape::fn;                                                                        \
-           return fn(x, y);                                                                          \
+#define DYNTAPE_PYTHON_2(name, fn)                                                \
+  define(module, type, Op::name, #fn,                                             \
+         static_cast<AD (*)(const AD&, const AD&)>([](const AD& x, const AD& y) { \
+           using dyntape::fn;                                                     \
+           return fn(x, y);                                                       \
          }));
-#define DYNTAPE_PYTHON_3(fn)
+#define DYNTAPE_PYTHON_3(name, fn)
 #include <dyntape/autodiff/graph/ops.def>
 #undef DYNTAPE_PYTHON_1
 #undef DYNTAPE_PYTHON_2
@@ -198,8 +239,9 @@ void bind_operators(nb::class_<AD>& ad) {
   define_operator(ad, "add", [](const AD& a, const AD& b) { return a + b; });
   define_operator(ad, "sub", [](const AD& a, const AD& b) { return a - b; });
   define_operator(ad, "mul", [](const AD& a, const AD& b) { return a * b; });
-  define_operator(ad, "truediv", [](const AD& a, const AD& b) { return a / b; });
-  define_operator(ad, "pow", [](const AD& a, const AD& b) { return pow(a, b); });
+  define_operator(ad, "truediv",
+                  [](const AD& a, const AD& b) { return told(a / b, Op::Div, "operator/", a, &b); });
+  define_operator(ad, "pow", [](const AD& a, const AD& b) { return told(pow(a, b), Op::Pow, "pow", a, &b); });
   define_comparison(ad, "lt", [](const AD& a, const AD& b) { return less(a, b); });
   define_comparison(ad, "gt", [](const AD& a, const AD& b) { return less(b, a); });
   define_comparison(ad, "le", [](const AD& a, const AD& b) { return less_equal(a, b); });
@@ -275,6 +317,9 @@ nb::object symmetric_solve(nb::handle a, nb::handle b) {
 }
 
 }  // namespace
+
+FindNotFinite::FindNotFinite() { finds_not_finite = true; }
+FindNotFinite::~FindNotFinite() { finds_not_finite = false; }
 
 bool as_recorded(nb::handle given, AD& value) {
   if (nb::isinstance<AD>(given)) {

@@ -18,10 +18,12 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/dynamics/urdf/check.h>
 #include <dyntape/interface/robot/robot_callee.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
 #include "bridges/bodies.h"
+#include "watch.h"
 
 namespace dyntape::python {
 namespace {
@@ -30,7 +32,20 @@ dynamics::UrdfRobot read(const RobotSourceText& source) {
   if (source.bodies) return {source.bodies->model, {}, {}, source.bodies->left_out};
   dynamics::UrdfRobot robot = dynamics::read_urdf_text(source.text, source.file, source.options);
   robot.model.gravity = source.gravity;
+  for (std::string& note : robot.notes)
+    if (note.ends_with(dynamics::kReadAsIndependent)) note += "; load it with mimic=True to have it follow";
   return robot;
+}
+
+// Warns, from the caller's line, of joints that move on their own though their file ties them.
+void warn_of_independent(const Robot& robot) {
+  for (const std::string& note : robot.urdf.notes) {
+    if (note.find(dynamics::kReadAsIndependent) == note.npos) continue;
+    for (const auto& joint : robot.model().joints) {
+      if (note.find("joint \"" + joint.name + "\" mimics") == note.npos) continue;
+      if (PyErr_WarnEx(PyExc_UserWarning, note.c_str(), 1) < 0) nb::raise_python_error();
+    }
+  }
 }
 
 // What a function without a frame says of the sizes of states.
@@ -99,8 +114,13 @@ std::shared_ptr<Robot> robot_of(const std::string& text, const std::string& file
                     o.root,
                     o.accept_nonphysical_inertia,
                     o.mimic};
-  const nb::gil_scoped_release unlocked;
-  return std::make_shared<Robot>(std::move(source));
+  std::shared_ptr<Robot> robot;
+  {
+    const nb::gil_scoped_release unlocked;
+    robot = std::make_shared<Robot>(std::move(source));
+  }
+  warn_of_independent(*robot);
+  return robot;
 }
 
 // The text of a robot's file.  FileError: it cannot be read; names a shipped robot of this name.
@@ -322,11 +342,9 @@ std::shared_ptr<RobotPath> Robot::route(const RobotCall& call) const {
   }
   // Two threads may make the same; the first that is done serves.
   const RobotFunction function = this->function(call);
-  std::shared_ptr<RobotPath> made;
-  {
-    const nb::gil_scoped_release unlocked;
-    made = make_route(model(), function, call.route, call.many);
-  }
+  std::shared_ptr<RobotPath> made = watched(nb::none(), [&](const Watch& watch) {
+    return make_route(model(), function, call.route, call.many, watch.stop);
+  });
   const std::scoped_lock lock(mutex_);
   return routes_.emplace(call, std::move(made)).first->second;
 }
@@ -376,7 +394,8 @@ void bind_robot(nb::module_& module) {
       "Reads a robot from a URDF file.\n\n"
       "base: \"fixed\", the root link is the world, or \"floating\", a free-flyer carries it.\n"
       "lock: a name, or names, of joints that are held at their neutral position.\n"
-      "mimic: joints with <mimic> follow their leader and have no entries in q, v and tau of their own.\n"
+      "mimic: joints with <mimic> follow their leader and have no entries in q, v and tau of their own; "
+      "otherwise they\n   move on their own, with a warning.\n"
       "gravity: acceleration of free fall, m/s^2, in the world's axes.\n"
       "continuous: \"cos-sin\", a continuous joint has two entries in q, or \"angle\", it has one.\n"
       "root: the link that is fixed to the world or floats; empty for the root of the file.\n"

@@ -62,8 +62,8 @@ class LanesRoute final : public RobotPath {
 class RecordedRoute final : public RobotPath {
  public:
   RecordedRoute(const dynamics::Model<double>& model, const RobotFunction& function, RobotRoute route,
-                Lanes lanes)
-      : RecordedRoute(RobotEvaluator(model, function, route, options(lanes))) {}
+                Lanes lanes, const std::stop_token& stop)
+      : RecordedRoute(RobotEvaluator(model, function, route, options(lanes, stop))) {}
 
   void evaluate(const double* states, std::size_t count, double* results) override {
     const auto workspace = pool_.take([&] { return made(); });
@@ -78,8 +78,9 @@ class RecordedRoute final : public RobotPath {
     n_out = function_.n_y();
   }
 
-  static RobotEvaluatorOptions options(Lanes lanes) {
+  static RobotEvaluatorOptions options(Lanes lanes, const std::stop_token& stop) {
     RobotEvaluatorOptions options;
+    options.codegen.stop = stop;
     options.codegen.lanes = lanes;
     return options;
   }
@@ -93,7 +94,7 @@ class RecordedRoute final : public RobotPath {
 };
 
 std::shared_ptr<RobotPath> unshaped_route(const dynamics::Model<double>& model, const RobotFunction& function,
-                                          const std::string& word, bool many) {
+                                          const std::string& word, bool many, const std::stop_token& stop) {
   if (word == kLanes) return std::make_shared<LanesRoute>(model, function);
   RobotRoute route;
   try {
@@ -102,7 +103,8 @@ std::shared_ptr<RobotPath> unshaped_route(const dynamics::Model<double>& model, 
     throw ArgumentError(std::string(e.what()) + ", " + kLanes);
   }
   if (route == RobotRoute::kTape || route == RobotRoute::kGenerated || route == RobotRoute::kMachineCode)
-    return std::make_shared<RecordedRoute>(model, function, route, many ? Lanes::kNative : Lanes::kNone);
+    return std::make_shared<RecordedRoute>(model, function, route, many ? Lanes::kNative : Lanes::kNone,
+                                           stop);
   return std::make_shared<PlainRoute>(model, function, route);
 }
 
@@ -128,8 +130,8 @@ std::vector<Block> blocks_of(const dynamics::Model<double>& model, const RobotFu
 }
 
 std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, const RobotFunction& function,
-                                      const std::string& word, bool many) {
-  std::shared_ptr<RobotPath> route = unshaped_route(model, function, word, many);
+                                      const std::string& word, bool many, const std::stop_token& stop) {
+  std::shared_ptr<RobotPath> route = unshaped_route(model, function, word, many, stop);
   route->blocks = blocks_of(model, function);
   return route;
 }

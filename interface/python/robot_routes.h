@@ -9,6 +9,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 #include <string>
 
 #include <dyntape/interface/robot/robot_functions.h>
@@ -31,7 +32,7 @@ class RobotPath {
 inline constexpr const char* kLanes = "lanes";
 
 std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, const RobotFunction& function,
-                                      const std::string& word, bool many);
+                                      const std::string& word, bool many, const std::stop_token& stop = {});
 
 // The blocks of a function's result.
 std::vector<Block> blocks_of(const dynamics::Model<double>& model, const RobotFunction& function);

@@ -27,6 +27,7 @@ std::string value_text(nb::handle value) {
   if (PyBool_Check(value.ptr())) return value.is(Py_True) ? "on" : "off";
   if (PyUnicode_Check(value.ptr())) return nb::cast<std::string>(value);
   if (value.is_none()) return "";
+  if (PyLong_Check(value.ptr())) return nb::cast<std::string>(nb::str(value));
   if (!PySequence_Check(value.ptr())) return io::shortest(nb::cast<double>(nb::float_(value)));
   std::string text;
   for (nb::handle entry : value) text += (text.empty() ? "" : " ") + value_text(entry);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 
 #include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/report/simulation_results.h>
@@ -17,7 +18,7 @@ namespace dyntape::python {
 
 // Steps of a scene, for any number of threads; made at the first call.
 struct SceneSteps {
-  SceneSteps(const Scene& scene, bool with_jacobians);
+  SceneSteps(const Scene& scene, bool with_jacobians, const std::stop_token& stop);
   std::unique_ptr<Stepper> stepper() const;  // for one more thread
 
   const Scene& scene;

@@ -6,6 +6,7 @@
 
 #include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 
 #include "functions.h"
 #include "module.h"
@@ -45,10 +46,13 @@ PythonStage stage_of(const VectorXad& all, const StageSizes& sizes, const Parame
   return stage;
 }
 
-Function record_python(const std::string& name, const PythonProblem& problem, const nb::callable& f) {
+// At these values, or at the default point.
+Function record_python(const std::string& name, const PythonProblem& problem, const nb::callable& f,
+                       const Eigen::VectorXd& at = {}) {
   const StageSizes sizes = problem.sizes();
   const auto n = static_cast<std::size_t>(1 + sizes.x + sizes.a + sizes.u + sizes.p);
   RecordOptions options;
+  options.variables.assign(at.begin(), at.end());
   options.branches = RecordOptions::Branches::kError;  // a solve goes through both sides
   Recorder recorder(name, n, 0, options, nullptr, 0);
   const nb::object y = f(nb::cast(stage_of(recorder.x(), sizes, problem.problem.parameters)));
@@ -65,9 +69,10 @@ void check_is_robot(const PythonStage& stage) {
 
 }  // namespace
 
-StageFunction record_stage_function(const PythonProblem& problem, const std::string& name, nb::callable f) {
+StageFunction record_stage_function(PythonProblem& problem, const std::string& name, nb::callable f) {
   const StageSizes sizes = problem.sizes();
   const Function recorded = record_python(name, problem, f);
+  problem.given.push_back({name, f});
   const std::shared_ptr<const Callee> callee = dissolving_callee(recorded);
   CodegenOptions options;
   options.order = Order::kValue;
@@ -85,7 +90,28 @@ StageFunction record_stage_function(const PythonProblem& problem, const std::str
                        });
 }
 
-StageFunction stage_function_of(const PythonProblem& problem, const std::string& name, nb::handle given) {
+std::string first_not_finite_line(const PythonProblem& problem) {
+  constexpr int kInstants = 33;
+  const Problem& p = problem.problem;
+  for (const PythonProblem::Given& given : problem.given) {
+    for (int k = 0; k < kInstants; ++k) {
+      const double t = p.duration * k / (kInstants - 1);
+      Stage<double> stage = p.first_guess(t);
+      stage.t = t, stage.p = p.parameters.at(t);
+      try {
+        const FindNotFinite found;
+        record_python(given.name, problem, given.function, joined(stage, problem.sizes()));
+      } catch (nb::python_error& error) {
+        if (!error.matches(nb::module_::import_("dyntape").attr("NumericalError"))) return "";
+        return nb::cast<std::string>(nb::str(error.value())) + ", in \"" + given.name +
+               "\" at t = " + io::with_digits(t, 4) + " s of the first guess";
+      }
+    }
+  }
+  return "";
+}
+
+StageFunction stage_function_of(PythonProblem& problem, const std::string& name, nb::handle given) {
   if (nb::isinstance<PythonStageFunction>(given)) return nb::cast<const PythonStageFunction&>(given).function;
   if (PyCallable_Check(given.ptr()))
     return record_stage_function(problem, name, nb::borrow<nb::callable>(given));

@@ -6,6 +6,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/run/solve/curves.h>
 #include <dyntape/interface/run/solve/pictures.h>
@@ -32,6 +33,8 @@ struct TaskSolution {
 };
 
 std::shared_ptr<TaskSolution> solved(std::shared_ptr<PythonTask> task, nb::handle progress) {
+  for (const std::string& sentence : unmet_demands(task->task))
+    if (PyErr_WarnEx(PyExc_UserWarning, sentence.c_str(), 1) < 0) nb::raise_python_error();
   SolveReport report = watched(progress, [&](const Watch& watch) {
     const auto tell = [&](const SolveMoment& moment) {
       if (watch.tell) watch.tell(moment.text());

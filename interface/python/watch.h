@@ -4,10 +4,12 @@
 //
 //   const SimulatedMotion motion = watched(progress, [&](const Watch& watch) { return simulate(scene, {watch.stop, watch.tell}); });
 //
-// The work runs in a thread of its own without the lock; the calling one looks every twentieth of a second whether a signal
+// The work runs in a thread of its own without the lock; the calling one looks every fiftieth of a second whether a signal
 // came (Ctrl-C: the work is asked to stop, and KeyboardInterrupt is raised when it has) and hands on what the work last
 // said to `progress`: a callable of one string,
 // True for a line on stderr (dyntape/_progress.py), or None.
+//
+//   interruptible(is_long, [&](const std::stop_token& stop) { ... });    // a batch: short ones run in the calling thread
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -88,7 +90,7 @@ auto watched(nb::handle progress, const Work& work) {
   auto result = std::async(std::launch::async, [&] { return work(watch); });
   const auto is_done = [&] {
     const nb::gil_scoped_release unlocked;
-    return result.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready;
+    return result.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready;
   };
   try {
     std::string word;
@@ -104,6 +106,15 @@ auto watched(nb::handle progress, const Work& work) {
     throw;
   }
   return result.get();
+}
+
+// Runs the work without the lock.  Long work can be interrupted and has to look at `stop`; a thread costs short work more
+// than it takes.
+template <class Work>
+void interruptible(bool is_long, const Work& work) {
+  if (is_long) return watched(nb::none(), [&](const Watch& watch) { work(watch.stop); });
+  const nb::gil_scoped_release unlocked;
+  work(std::stop_token());
 }
 
 }  // namespace dyntape::python

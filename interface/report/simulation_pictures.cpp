@@ -190,6 +190,7 @@ io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion) {
   };
   plot.panels = {panel("forces at points, upwards", [](const Eigen::Vector3d& f) { return f.z(); }),
                  panel("sideways", [](const Eigen::Vector3d& f) { return std::hypot(f.x(), f.y()); })};
+  plot.one_legend = true;
   return with_fewer_points(std::move(plot));
 }
 

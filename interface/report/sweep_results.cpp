@@ -28,18 +28,74 @@ std::vector<double> sound_column(const io::CsvTable& table, const std::string& n
   return values;
 }
 
+// What an axis measures.
+struct Measured {
+  std::string name, unit;  // "m"; "": none, or not known
+};
+
+// Of a result: "q2, base z" in m.
+Measured quantity_of_result(const Scene& scene, const std::string& name) {
+  if (name == "t") return {"t", "s"};
+  if (name.starts_with("energy.") || name == "most.energy") return {name, "J"};
+  const dynamics::Model<double>& model = scene.robot.model;
+  std::vector<std::string> names = entry_names(model, "q");
+  for (const std::string& of_v : entry_names(model, "v")) names.push_back(of_v);
+  const auto at = std::find(names.begin(), names.end(), name);
+  if (at == names.end()) return {name, ""};
+  const int index = int(at - names.begin());
+  const std::string unit = unit_of_state(model, index);
+  const int of_base = index < model.nq ? index : index - model.nq;
+  const bool is_base = floats(model) && of_base < (index < model.nq ? 7 : 6);
+  constexpr const char* kAxes[] = {"x", "y", "z"};
+  constexpr const char* kOrientation[] = {"quaternion x", "quaternion y", "quaternion z", "quaternion w"};
+  std::string told = name;
+  if (is_base && of_base < 3) told += std::string(", base ") + kAxes[of_base];
+  if (is_base && of_base >= 3)
+    told += std::string(", base ") +
+            (index < model.nq ? kOrientation[of_base - 3] : ("about " + std::string(kAxes[of_base - 3])));
+  return {told, unit.empty() ? "" : unit.substr(1)};
+}
+
+// Of a number that is varied: of starts by its place, of effects by what its key is.
+Measured quantity_of_value(const Scene& scene, const SweptValue& value) {
+  if (const auto* base = std::get_if<BasePlace>(&value.place)) {
+    if (base->part == &BaseStart::position) return {value.name, "m"};
+    if (base->part == &BaseStart::roll_pitch_yaw) return {value.name, "rad"};
+    return {value.name, base->part == &BaseStart::velocity ? "m/s" : "rad/s"};
+  }
+  if (const auto* start = std::get_if<StartPlace>(&value.place)) {
+    const int first = start->entries.empty() ? -1 : start->entries.front();
+    const bool of_v = start->block == StartPlace::Block::kVelocity;
+    if (start->block == StartPlace::Block::kTorque) return {value.name, "N m, N"};
+    const std::string unit = unit_of_state(scene.robot.model, of_v ? scene.robot.model.nq + first : first);
+    return {value.name, unit.empty() ? "" : unit.substr(1)};
+  }
+  if (const auto* robot = std::get_if<RobotPlace>(&value.place))
+    return {value.name, robot->name.starts_with("mass:") ? "kg" : ""};
+  return {value.name, ""};
+}
+
 // Numbers along an axis in thousands, millionths, ... where plain ones would be long.
 struct Axis {
   std::string label;
   std::vector<double> values;
 };
-Axis readable(const std::string& name, std::vector<double> values) {
+Axis readable(const Measured& quantity, std::vector<double> values) {
   double most = 0;
   for (double x : values) most = std::max(most, std::abs(x));
-  if (most == 0 || (most < 1e4 && most >= 1e-2)) return {name, std::move(values)};
+  const auto label = [&](const std::string& factor) {
+    const std::string unit = factor + (factor.empty() || quantity.unit.empty() ? "" : " ") + quantity.unit;
+    return quantity.name + (unit.empty() ? "" : " [" + unit + "]");
+  };
+  if (most == 0 || (most < 1e4 && most >= 1e-2)) return {label(""), std::move(values)};
   const double power = 3 * std::floor(std::log10(most) / 3), unit = std::pow(10, power);
   for (double& x : values) x /= unit;
-  return {name + " [1e" + std::to_string(int(power)) + "]", std::move(values)};
+  return {label("1e" + std::to_string(int(power))), std::move(values)};
+}
+
+bool is_random(const SceneSweep& sweep) {
+  return std::any_of(sweep.values.begin(), sweep.values.end(),
+                     [](const SweptValue& value) { return value.spread != Spread::kGrid; });
 }
 
 // The outline of a histogram.
@@ -78,22 +134,28 @@ io::Plot sweep_plot(const SceneSweep& sweep, const io::CsvTable& table) {
   constexpr std::size_t kMostValues = 3;
   io::Plot plot{.title = sweep.name};
   const std::size_t shown = std::min(sweep.values.size(), kMostValues);
-  plot.columns = int(shown) + 1;
+  const bool has_histogram = is_random(sweep);  // of points of a grid it would tell where they were put
+  plot.columns = int(shown) + has_histogram;
   plot.width = 330 * plot.columns + 60;
   for (const std::string& result : sweep.shown) {
     const std::vector<double> y = sound_column(table, result);
     if (y.empty()) return {};
+    const Axis along = readable(quantity_of_result(sweep.scene, result), y);
     for (std::size_t k = 0; k < shown; ++k) {
       const SweptValue& value = sweep.values[k];
       const bool is_log = value.spread == Spread::kLogUniform;
-      Axis x{value.name, io::thinned(sound_column(table, value.name))};
-      if (!is_log) x = readable(x.label, std::move(x.values));
-      io::Panel panel{.x_label = x.label, .y_label = result, .log_x = is_log};
-      panel.series = {
-          {.x = std::move(x.values), .y = io::thinned(y), .mark = io::Mark::kPoints, .point = 0.4}};
+      const Measured quantity = quantity_of_value(sweep.scene, value);
+      Axis x{quantity.name + (quantity.unit.empty() ? "" : " [" + quantity.unit + "]"),
+             io::thinned(sound_column(table, value.name))};
+      if (!is_log) x = readable(quantity, std::move(x.values));
+      io::Panel panel{.x_label = x.label, .y_label = along.label, .log_x = is_log};
+      panel.series = {{.x = std::move(x.values),
+                       .y = io::thinned(along.values),
+                       .mark = io::Mark::kPoints,
+                       .point = 0.4}};
       plot.panels.push_back(std::move(panel));
     }
-    const Axis along = readable(result, y);
+    if (!has_histogram) continue;
     plot.panels.push_back(
         {.x_label = along.label, .y_label = "samples", .series = {histogram(along.values)}});
   }

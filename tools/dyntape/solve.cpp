@@ -9,6 +9,7 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/info/info.h>
 #include <dyntape/interface/files/scene/folded_notes.h>
+#include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/run/solve/solve.h>
 
@@ -113,7 +114,7 @@ void run(const SolveOptions& options) {
     return;
   }
   const OutputFolder folder(options.output, result_files(), task.inputs);
-  if (!task.unreachable.empty()) std::cerr << "dyntape: note: " << task.unreachable << "\n";
+  for (const std::string& sentence : unmet_demands(task)) std::cerr << "dyntape: note: " << sentence << "\n";
   SolveDisplay display(task);
   const Interruption interruption([&] { return display.nothing_to_save(); });
   SolveReport report = folder.hold([&] { return watched(task, display, interruption); });

@@ -23,7 +23,7 @@ class Links:
     """Links of pages, as the site has them; what is neither a page nor a file of the repository is collected in `dead`."""
 
     def __init__(self, destination):
-        self.destination, self.dead = destination, []
+        self.destination, self.dead, self.pages = destination, [], set()
 
     def of(self, source, page):
         """Text of a page that stands at `source` in the repository and at `page` in the site."""
@@ -46,6 +46,9 @@ class Links:
                 self.dead.append(f'{page}: {path}')
                 return path
             copy(ROOT / path, self.destination / place)
+            if path.endswith('.md') and path not in self.pages:  # a page of the site as well
+                self.pages.add(path)
+                (self.destination / place).write_text(self.of(path, place))
         return posixpath.relpath(place, posixpath.dirname(page) or '.')
 
 
@@ -69,7 +72,8 @@ def main():
     (destination / 'reference/cpp.md').write_text(cpp_reference.page())
     (destination / 'reference/python.md').write_text(python_reference.page(build / 'python' / 'dyntape'))
     (destination / 'gallery.md').write_text(gallery.page(build, destination, '--gallery' in sys.argv))
-    copy(pathlib.Path(__file__).parent / 'wide.css', destination / 'wide.css')
+    for name in ('wide.css', 'iframe-worker.js'):
+        copy(pathlib.Path(__file__).parent / name, destination / name)
     if links.dead:
         sys.exit('tools/site: links to what is not there:\n  ' + '\n  '.join(links.dead))
 

@@ -44,6 +44,10 @@ std::string told_of(const TaskSpec& task);
 // Throws FileError for a task from a file, otherwise ArgumentError.
 [[noreturn]] void refuse(const TaskSpec& task, const std::vector<std::string>& sentences);
 
+// Sentences on what a task demands and its robot cannot do as far as the start shows it, in metres and newton metres: footholds
+// below the floor or out of reach, a goal out of reach, motors too weak to hold the robot.  Takes milliseconds.
+std::vector<std::string> unmet_demands(const Task& task);
+
 // Phases are linked by their states: equal states, or with an impact the velocities after it, by which all closed
 // contacts come to rest at once (constraints.h).  A task without phases is one phase.
 Phases phases_of(const Task& task);

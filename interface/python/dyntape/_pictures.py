@@ -120,3 +120,23 @@ def robot_page(robot: Any) -> str:
         k += n
     head = ("joint", "type", "lower", "upper", "speed", "effort")
     return f"<p>{html.escape(repr(robot))}</p>" + _table(head, rows)
+
+
+def problem_page(problem: Any) -> str:
+    """The states with their bounds and ends, the controls and the terms of a Problem."""
+
+    def number(value: float) -> str:
+        return "free" if np.isnan(value) else f"{value:.6g}"
+
+    (lower, upper), (u_lower, u_upper) = problem.state_bounds, problem.control_bounds
+    states = [
+        (name, number(start), number(goal), *map(number, bounds))
+        for name, start, goal, *bounds in zip(problem.states, problem.start, problem.goal, lower, upper)
+    ]
+    controls = [(name, *map(number, bounds)) for name, *bounds in zip(problem.controls, u_lower, u_upper)]
+    return (
+        f"<p>{html.escape(repr(problem))}</p>"
+        + _table(("state", "start", "goal", "lower", "upper"), states)
+        + _table(("control", "lower", "upper"), controls)
+        + _table(("term", "where", "role"), problem.terms)
+    )

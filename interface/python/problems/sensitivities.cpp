@@ -9,6 +9,7 @@
 
 #include "../motions.h"
 #include "../problems.h"
+#include "../watch.h"
 
 namespace dyntape::python {
 namespace {
@@ -25,19 +26,21 @@ struct ProblemSensitivities {
 ProblemSensitivities sensitivities_of(const ProblemSolution& s) {
   if (s.solution->phases.size() != 1)
     throw ArgumentError("sensitivities: expected the solution of a problem without phases");
-  const nb::gil_scoped_release unlocked;
   const Trajectory& motion = s.solution->motion;
   MeshOptions mesh{.scheme = motion.scheme, .intervals = motion.intervals(), .nodes = motion.nodes()};
   mesh.evaluation.route = Route::kTiered;
-  const StagedNlp nlp = discretize(s.problem, mesh);
-  const StagedPhase& phase = nlp.phase();
-  MotionSensitivity sensitivity(s.problem, mesh);
-  return {sensitivity.at(nlp.problem(), s.solution->nlp),
-          motion,
-          phase.asked.n_x(),
-          Index(phase.n_z),
-          phase.problem.n_x(),
-          Index(phase.n_z) - phase.problem.n_u()};
+  return watched(nb::none(), [&](const Watch& watch) -> ProblemSensitivities {
+    mesh.evaluation.stop = watch.stop;
+    const StagedNlp nlp = discretize(s.problem, mesh);
+    const StagedPhase& phase = nlp.phase();
+    MotionSensitivity sensitivity(s.problem, mesh);
+    return {sensitivity.at(nlp.problem(), s.solution->nlp),
+            motion,
+            phase.asked.n_x(),
+            Index(phase.n_z),
+            phase.problem.n_x(),
+            Index(phase.n_z) - phase.problem.n_u()};
+  });
 }
 
 // The change of the motion with column k, as StagedNlp::trajectory() makes a motion of variables: controls at points that the scheme

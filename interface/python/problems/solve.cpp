@@ -39,6 +39,15 @@ std::string words_of(const IterationRecord& now) {
          ", violation " + io::with_digits(now.primal_infeasibility, 2);
 }
 
+// The same error with the user's line in place of a node of the recording, where there is one.
+[[noreturn]] void throw_with_line(const PythonProblem& p, const NumericalError& error) {
+  const std::string sentence = error.what(), line = first_not_finite_line(p);
+  if (line.empty()) throw error;
+  const std::size_t node = sentence.find("; node "), advice = sentence.find("; write ");
+  throw NumericalError(sentence.substr(0, node) + "; " + line +
+                       (advice == sentence.npos ? "" : sentence.substr(advice)));
+}
+
 std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p, std::optional<int> intervals,
                                                const std::optional<std::string>& scheme,
                                                const std::string& hessian, const std::string& method,
@@ -60,16 +69,22 @@ std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p,
   const bool is_refined = refine.value_or(!intervals) && !spans_all;
   if (!is_refined) options.refinements = 0, options.is_graded = false;
   Problem problem = p->problem;
-  Solution solution = watched(progress, [&](const Watch& watch) {
-    options.solver.stop = options.mesh.evaluation.stop = watch.stop;
-    if (watch.tell) options.solver.watch = [&](const IterationRecord& now) { watch.tell(words_of(now)); };
-    return solve(problem, options);
-  });
+  Solution solution;
+  try {
+    solution = watched(progress, [&](const Watch& watch) {
+      options.solver.stop = options.mesh.evaluation.stop = watch.stop;
+      if (watch.tell) options.solver.watch = [&](const IterationRecord& now) { watch.tell(words_of(now)); };
+      return solve(problem, options);
+    });
+  } catch (const NumericalError& error) {
+    throw_with_line(*p, error);
+  }
   const StageSizes sizes = p->sizes();
+  const auto of = std::make_shared<PythonProblem>(*p);
+  of->given.clear();
   return std::shared_ptr<ProblemSolution>(
-      new ProblemSolution{std::make_shared<PythonProblem>(*p), std::move(problem),
-                          std::make_shared<const Solution>(std::move(solution)), static_cast<int>(sizes.nq),
-                          static_cast<int>(sizes.nv)});
+      new ProblemSolution{of, std::move(problem), std::make_shared<const Solution>(std::move(solution)),
+                          static_cast<int>(sizes.nq), static_cast<int>(sizes.nv)});
 }
 
 nb::object rows_of_state(const ProblemSolution& s, int first, int count, const char* what) {
@@ -86,6 +101,11 @@ std::string page(const ProblemSolution& s) {
   input.visuals = s.of->visuals();
   input.t = s.solution->motion.t;
   input.q = s.solution->motion.x.topRows(s.nq);
+  if (s.of->tied) {
+    Eigen::MatrixXd all(input.model.nq, input.q.cols());
+    for (Eigen::Index k = 0; k < all.cols(); ++k) all.col(k) = s.of->all_q(input.q.col(k));
+    input.q = all;
+  }
   return player_page(input);
 }
 

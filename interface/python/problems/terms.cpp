@@ -99,18 +99,28 @@ FrameTarget target_of(const std::string& frame, nb::handle position, nb::handle 
 PythonStageFunction frame_error_of(const P& p, const std::string& frame, nb::handle position,
                                    nb::handle orientation) {
   return {"frame_error of " + frame,
-          frame_error(scene_of(p, "frame_error"), target_of(frame, position, orientation))};
+          p.of_all(frame_error(scene_of(p, "frame_error"), target_of(frame, position, orientation)))};
 }
 
 std::optional<nb::object> inverse_kinematics_of(const P& p, const std::string& frame, nb::handle position,
                                                 nb::handle orientation, nb::handle q) {
   const RobotScene& scene = scene_of(p, "inverse_kinematics");
   const FrameTarget target = target_of(frame, position, orientation);
-  Eigen::VectorXd from = p.problem.start.head(scene.model.nq);
-  if (!q.is_none()) from = vector_of(q, "q", scene.model.nq);
-  const auto found = inverse_kinematics(scene, target, from);
+  Eigen::VectorXd from = p.problem.start.head(p.nq());
+  if (!q.is_none()) from = vector_of(q, "q", p.nq());
+  InverseKinematicsOptions options;
+  const StageFunction error = frame_error(scene, target);
+  const auto left = [&](const Eigen::VectorXd& all) {  // with followers where their leaders put them
+    Stage<double> s{0, Eigen::VectorXd::Zero(scene.model.nq + scene.model.nv), {}, {}};
+    s.x.head(scene.model.nq) = p.tied->all_q(p.tied->own_q(all));
+    return error(s).lpNorm<Eigen::Infinity>();
+  };
+  constexpr double kThere = 1e-6;
+  if (p.tied) options.accept = [&](const Eigen::VectorXd& all) { return left(all) < kThere; };
+  const auto found = inverse_kinematics(scene, target, p.all_q(from), options);
   if (!found) return {};
-  return copy_of(found->data(), {found->size()});
+  const Eigen::VectorXd own = p.tied ? p.tied->own_q(*found) : *found;
+  return copy_of(own.data(), {own.size()});
 }
 
 // ("sphere name", frame, center, radius) or ("name", frame, from, to, radius).
@@ -128,8 +138,17 @@ Capsule capsule_of(nb::handle given, bool moves) {
 }
 
 void keep_clear_of(P& p, nb::handle body, nb::handle obstacle, double least) {
-  p.problem.add(
-      keep_clear(scene_of(p, "keep_clear"), capsule_of(body, true), capsule_of(obstacle, false), least));
+  Term term =
+      keep_clear(scene_of(p, "keep_clear"), capsule_of(body, true), capsule_of(obstacle, false), least);
+  term.function = p.of_all(term.function);
+  p.problem.add(std::move(term));
+}
+
+// Bounds of the states from the robot's limits.
+void set_bounds(P& p, const char* what, void (*set)(Problem&, const RobotScene&)) {
+  const RobotScene& scene = scene_of(p, what);
+  if (!p.tied) return set(p.problem, scene);
+  p.tied->set_bounds(p.problem, [&](Problem& all) { set(all, scene); });
 }
 
 }  // namespace
@@ -178,10 +197,10 @@ void bind_terms(nb::class_<P>& problem) {
       "add_minimum_time", [](P& p, double weight) { p.problem.add(minimum_time(weight)); },
       nb::arg("weight") = 1.0, "weight times the duration, which is free.");
   problem.def(
-      "limit_positions", [](P& p) { limit_positions(p.problem, scene_of(p, "limit_positions")); },
+      "limit_positions", [](P& p) { set_bounds(p, "limit_positions", limit_positions); },
       "The robot's position limits.");
   problem.def(
-      "limit_velocities", [](P& p) { limit_velocities(p.problem, scene_of(p, "limit_velocities")); },
+      "limit_velocities", [](P& p) { set_bounds(p, "limit_velocities", limit_velocities); },
       "The robot's velocity limits.");
   problem.def(
       "limit_efforts", [](P& p) { limit_efforts(p.problem, scene_of(p, "limit_efforts"), unit_of(p)); },

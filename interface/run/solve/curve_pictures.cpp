@@ -153,14 +153,17 @@ Groups groups_of_controls(const Task& task, Eigen::Index rows) {
   return groups;
 }
 
-// Limits that a curve comes near to, by three quarters of its range; of many curves, only those that it all but
-// meets.  The others would only squeeze the picture.
+// Limits that a curve comes near to, by three quarters of its range, of many curves only those that it all but meets; and those
+// that make the picture no more than half as tall again.  The others would only squeeze it.
 std::vector<io::ReferenceLine> near_limits(const MatrixXd& curves, const Bounds& limits) {
   std::set<double> shown;
   const double near = curves.rows() > 3 ? 0.97 : 0.75;
+  const double low = curves.minCoeff(), high = curves.maxCoeff(), beside = 0.25 * (high - low);
   for (Eigen::Index i = 0; i < curves.rows(); ++i) {
     const double lower = limits.lower[i], upper = limits.upper[i];
     if (!std::isfinite(lower) || !std::isfinite(upper)) continue;
+    for (const double limit : {lower, upper})
+      if (limit > low - beside && limit < high + beside) shown.insert(limit);
     if (curves.row(i).maxCoeff() > lower + near * (upper - lower)) shown.insert(upper);
     if (curves.row(i).minCoeff() < upper - near * (upper - lower)) shown.insert(lower);
   }
@@ -214,11 +217,14 @@ std::string common_beginning(const std::vector<std::string>& names) {
 void add_panels(io::Plot& plot, const Groups& groups, const std::vector<std::string>& names,
                 const Trajectory& motion, const MatrixXd& curves, const Bounds& limits,
                 const MatrixXd& targets = {}) {
+  constexpr double kNothing = 1e-9;       // of the largest, below which a value is rounding
   std::map<std::string, double> largest;  // by unit
   for (const auto& [quantity, rows] : groups.all())
     largest[quantity.unit] = std::max(largest[quantity.unit], curves(rows, Eigen::all).cwiseAbs().maxCoeff());
   for (const auto& [quantity, rows] : groups.all()) {
-    const MatrixXd own = curves(rows, Eigen::all);
+    const double least = kNothing * largest[quantity.unit];
+    const MatrixXd own =
+        curves(rows, Eigen::all).unaryExpr([&](double y) { return std::abs(y) < least ? 0 : y; });
     std::vector<std::string> own_names;
     for (const Eigen::Index row : rows) own_names.push_back(names[std::size_t(row)]);
     const std::string limb = quantity.limb.empty() ? "" : common_beginning(own_names);

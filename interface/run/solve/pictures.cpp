@@ -131,11 +131,50 @@ void add_sliders(io::Motion& picture, const std::vector<Path>& sliders) {
 
 }  // namespace
 
+namespace {
+
+// The part of a plane of the world below the picture's paths, as its outline: in a side view a line.
+void add_floor(View view, const Eigen::Vector3d& normal, double offset, const Eigen::AlignedBox3d& over,
+               io::Motion& picture) {
+  if (std::abs(normal.z()) < 1e-6 || view == View::kXy) return;
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.1 * over.sizes().maxCoeff());
+  const Eigen::Vector3d low = over.min() - margin, high = over.max() + margin;
+  io::Polyline outline;
+  for (const auto& [x, y] : {std::pair(low.x(), low.y()),
+                             {high.x(), low.y()},
+                             {high.x(), high.y()},
+                             {low.x(), high.y()},
+                             {low.x(), low.y()}}) {
+    const double z = (offset - normal.x() * x - normal.y() * y) / normal.z();
+    outline.push_back(project(view, {x, y, z}));
+  }
+  picture.scenery.push_back(std::move(outline));
+}
+
+// The floors of a task: that on which held contacts stand, and planes of rigid contacts of the scene.
+void add_floors(const Task& task, const Eigen::AlignedBox3d& over, io::Motion& picture) {
+  if (over.isEmpty()) return;
+  if (!task.robot.contacts.empty()) {
+    double floor = task.floor.value_or(HUGE_VAL);
+    for (const HeldContact& contact : task.robot.contacts)
+      if (!task.floor && contact.place) floor = std::min(floor, contact.place->z());
+    if (std::isfinite(floor)) add_floor(task.view, Eigen::Vector3d::UnitZ(), floor, over, picture);
+  }
+  std::set<std::array<double, 4>> drawn;
+  for (const auto& contact : task.scene.constraints.rigid.contacts) {
+    const Eigen::Vector3d n = contact.normal.stableNormalized();
+    if (contact.plane_body >= 0 || !drawn.insert({n.x(), n.y(), n.z(), contact.offset}).second) continue;
+    add_floor(task.view, n, contact.offset, over, picture);
+  }
+}
+
+}  // namespace
+
 io::Plot motion_plot(const Task& task, const Trajectory& motion) {
   const auto& model = task.scene.model;
   dynamics::Data<double> data(model);
   constexpr std::pair<const char*, const char*> kAxes[] = {
-      {"x [m]", "z [m]"}, {"x [m]", "y [m]"}, {"y [m]", "z [m]"}, {"x, y aslant [m]", "z [m]"}};
+      {"x [m]", "z [m]"}, {"x [m]", "y [m]"}, {"y [m]", "z [m]"}, {"x + 0.35 y [m]", "z + 0.35 y [m]"}};
   io::Motion picture{.title = task.name};
   picture.x_label = kAxes[int(task.view)].first;
   picture.y_label = kAxes[int(task.view)].second;
@@ -145,9 +184,12 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
     if (slides_on_world(model, i)) sliding.push_back(i);
   }
   std::vector<Path> sliders(sliding.size());
+  Eigen::AlignedBox3d over;  // of all bones
   for (int p = 0; p < motion.points(); ++p) {
     dynamics::forward_kinematics(model, data, Eigen::VectorXd(motion.x.col(p).head(model.nq)));
-    picture.frames.push_back(frame_of(task.view, task.around.obstacles, motion.t[p], bones(task, data)));
+    const std::vector<Bone> parts = bones(task, data);
+    for (const auto& [from, to] : parts) over.extend(from), over.extend(to);
+    picture.frames.push_back(frame_of(task.view, task.around.obstacles, motion.t[p], parts));
     for (std::size_t k = 0; k < sliding.size(); ++k) {
       sliders[k].push_back(vector_of(project(task.view, data.X_WB[std::size_t(sliding[k])].p)));
     }
@@ -160,6 +202,7 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
   const io::MotionFrame& first = picture.frames.front();
   if (first.parts.size() + first.behind.size() > kManyBones) picture.most_frames = 5;
   add_sliders(picture, sliders);
+  add_floors(task, over, picture);
   for (const Capsule& thing : task.around.obstacles)
     picture.obstacles.push_back(
         {thing.name + ", r = " + io::shortest(thing.radius) + " m", outline(task.view, thing)});

@@ -102,6 +102,8 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   SolveReport report = task.by_ddp ? solve_by_steps(task, mesh, watch) : solve_refined(task, mesh, watch);
   report.task = task.name;
   report.notes = task.notes;
+  for (const std::string& sentence : unmet_demands(task))
+    if (sentence != task.unreachable) report.notes.push_back(told_of(task) + ": " + sentence);
   note_unfinished(report);
   report.robot = task.scene.model.name;
   report.expected = task.expected;

@@ -1,0 +1,458 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// scene.rollout: many motions of a scene at once, from states and commands or a policy of one's own, and their Jacobians.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/run/threads.h>
+#include <dyntape/interface/system/scene_system.h>
+
+#include "../scenes.h"
+#include "../watch.h"
+#include "policy.h"
+
+namespace dyntape::python {
+namespace {
+
+// What a caller says.
+struct Request {
+  std::string call;  // the method
+  nb::handle x0, u;
+  std::optional<std::size_t> steps;
+  std::shared_ptr<const RecordedFunction> policy;
+  nb::handle parameters;
+};
+
+// What is rolled out: x0 (worlds x nx), u (worlds x steps x n_u), either one for all; or a policy in place of u.
+struct Plan {
+  std::size_t worlds = 1, steps = 0;
+  bool is_batch = true;
+  Numbers x0, u;
+  std::optional<Policy> policy = {};
+  std::size_t x_stride = 0, u_stride = 0;  // doubles from world to world
+  Eigen::VectorXd times;                   // (steps) where each begins
+
+  const double* start(std::size_t world) const { return x0.data + world * x_stride; }
+  const double* command(std::size_t world, std::size_t step, std::size_t n_u) const {
+    return n_u == 0 ? nullptr : u.data + world * u_stride + step * n_u;
+  }
+};
+
+// (steps x n_u) what the scene itself tells its motors; held over each step.
+Numbers commands_of(const Scene& scene, std::size_t steps, int n_u) {
+  if (scene.commands.followed) {
+    throw ArgumentError("rollout: the commands of scene \"" + scene.name +
+                        "\" follow a motion and depend on the state; expected u (worlds, steps, " +
+                        std::to_string(n_u) + ")");
+  }
+  double* data = nullptr;
+  Numbers u;
+  u.shape = {static_cast<std::ptrdiff_t>(steps), n_u};
+  u.array = new_array(u.shape, data);
+  u.data = data;
+  for (std::size_t k = 0; k < steps; ++k) {
+    const Eigen::VectorXd at = scene.commands.at((double(k) + 0.5) * scene.step, {});
+    std::copy_n(at.data(), n_u, data + k * static_cast<std::size_t>(n_u));
+  }
+  return u;
+}
+
+std::size_t worlds_of(const std::string& what, std::size_t here, std::size_t before) {
+  if (before != 1 && here != 1 && before != here) {
+    throw ArgumentError("rollout: x0 is of " + std::to_string(before) + " worlds, and " + what + " of " +
+                        std::to_string(here) + "; expected the same number, or one");
+  }
+  return before == 1 ? here : before;
+}
+std::size_t worlds_of(const std::string& what, const Numbers& given, std::size_t axes, std::size_t before) {
+  if (given.shape.size() < axes) return before;
+  return worlds_of(what, static_cast<std::size_t>(given.shape[0]), before);
+}
+
+void check_axes(const std::string& what, const Numbers& given, const std::string& expected, std::size_t axes,
+                int entries) {
+  const bool fits =
+      (given.shape.size() == axes || given.shape.size() + 1 == axes) && given.shape.back() == entries;
+  if (!fits)
+    throw ArgumentError("rollout: expected " + what + " of shape " + expected + ", got " +
+                        shape_text(given.shape));
+}
+
+// What the commands are: given, those of the scene, or of a policy.
+void plan_commands(Plan& plan, const Request& request, const SceneSteps& steps) {
+  const Scene& scene = steps.scene;
+  const int n_u = steps.first.n_u();
+  const std::string m = std::to_string(n_u);
+  if (request.policy && !request.u.is_none())
+    throw ArgumentError(request.call + ": u and policy both say what the motors do; expected one of them");
+  if (!request.policy && !request.parameters.is_none())
+    throw ArgumentError(request.call +
+                        ": parameters are those of a policy; expected policy, a dyntape.Function");
+  if (request.u.is_none()) {
+    plan.steps = request.steps.value_or(static_cast<std::size_t>(scene.steps()));
+    if (request.policy)
+      plan.policy.emplace(request.policy, request.parameters, request.call, steps.first.nx(), n_u);
+    else
+      plan.u = commands_of(scene, plan.steps, n_u);
+    return;
+  }
+  plan.u = numbers(request.u, "rollout: u");
+  check_axes("u", plan.u, "(worlds, steps, " + m + ") or (steps, " + m + ")", 3, n_u);
+  plan.steps = static_cast<std::size_t>(plan.u.shape[plan.u.shape.size() - 2]);
+  if (request.steps && *request.steps != plan.steps)
+    throw ArgumentError("rollout: steps is " + std::to_string(*request.steps) + ", and u is of " +
+                        std::to_string(plan.steps));
+}
+
+Plan plan_of(const SceneSteps& steps, const Request& request) {
+  const Scene& scene = steps.scene;
+  const int nx = steps.first.nx(), n_u = steps.first.n_u();
+  Plan plan;
+  plan.x0 = numbers(request.x0, "rollout: x0");
+  const std::string n = std::to_string(nx);
+  check_axes("x0", plan.x0, "(worlds, " + n + ") or (" + n + ",)", 2, nx);
+  plan_commands(plan, request, steps);
+  const bool has_rows = plan.policy && plan.policy->worlds().has_value();
+  plan.is_batch = plan.x0.shape.size() == 2 || plan.u.shape.size() == 3 || has_rows;
+  plan.worlds = worlds_of("u", plan.u, 3, worlds_of("x0", plan.x0, 2, 1));
+  if (has_rows) plan.worlds = worlds_of("parameters", *plan.policy->worlds(), plan.worlds);
+  if (plan.x0.size() > static_cast<std::size_t>(nx)) plan.x_stride = static_cast<std::size_t>(nx);
+  const std::size_t of_world = plan.steps * static_cast<std::size_t>(n_u);
+  if (plan.u.size() > of_world) plan.u_stride = of_world;
+  plan.times = Eigen::VectorXd::LinSpaced(Eigen::Index(plan.steps), 0, double(plan.steps) - 1) * scene.step;
+  return plan;
+}
+
+Shape shape_of(const Plan& plan, std::initializer_list<std::ptrdiff_t> of_step) {
+  Shape shape;
+  if (plan.is_batch) shape.push_back(static_cast<std::ptrdiff_t>(plan.worlds));
+  shape.push_back(static_cast<std::ptrdiff_t>(plan.steps));
+  shape.insert(shape.end(), of_step);
+  return shape;
+}
+
+// Worlds that a thread takes at a time: a multiple of all lanes.
+constexpr std::size_t kWorlds = 16;
+
+// Steps of all worlds that end before anybody could press a key.
+constexpr std::size_t kBriefSteps = 64;
+
+using RolloutPart = std::function<void(std::size_t first, std::size_t count, const std::stop_token& stop)>;
+
+void in_parts(const Plan& plan, std::size_t at_a_time, const RolloutPart& part) {
+  interruptible(plan.worlds * plan.steps > kBriefSteps, [&](const std::stop_token& stop) {
+    codegen::run_tasks((plan.worlds + at_a_time - 1) / at_a_time, [&](std::size_t k) {
+      const std::size_t first = k * at_a_time;
+      if (!stop.stop_requested()) part(first, std::min(at_a_time, plan.worlds - first), stop);
+    });
+  });
+}
+
+nb::object rollout(const PythonScene& self, nb::handle x0, nb::handle u, std::optional<std::size_t> n_steps,
+                   std::shared_ptr<const RecordedFunction> policy, nb::handle parameters) {
+  SceneSteps& steps = self.steps(false);
+  const Plan plan = plan_of(steps, {"rollout", x0, u, n_steps, std::move(policy), parameters});
+  const auto nx = static_cast<std::size_t>(steps.first.nx()),
+             n_u = static_cast<std::size_t>(steps.first.n_u());
+  double* states = nullptr;
+  nb::object result = new_array(shape_of(plan, {steps.first.nx()}), states);
+  const std::size_t of_world = plan.steps * nx;
+  in_parts(plan, kWorlds, [&](std::size_t first, std::size_t count, const std::stop_token& stop) {
+    const auto stepper = steps.pool.take([&] { return steps.stepper(); });
+    std::vector<double> of_policy(plan.policy ? count * n_u : 0);
+    for (std::size_t k = 0; k < plan.steps && !stop.stop_requested(); ++k) {
+      StateRows rows;
+      rows.count = count;
+      rows.t = &plan.times[Eigen::Index(k)], rows.stride_t = 0;
+      rows.x = k == 0 ? plan.start(first) : states + first * of_world + (k - 1) * nx;
+      rows.stride_x = k == 0 ? plan.x_stride : of_world;
+      if (plan.policy) {
+        plan.policy->commands({first, count, rows.x, rows.stride_x}, of_policy.data());
+        rows.u = of_policy.data(), rows.stride_u = n_u;
+      } else {
+        rows.u = plan.command(first, k, n_u), rows.stride_u = plan.u_stride;
+      }
+      rows.x_next = states + first * of_world + k * nx, rows.stride_next = of_world;
+      stepper->steps(steps.scene.step, rows);  // what fails is NaN from here on, in its own rows
+    }
+  });
+  return result;
+}
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// One world: its states, and the rows of each step one below the other.
+struct WorldSlopes {
+  WorldSlopes(Eigen::Index steps, Eigen::Index nt, Eigen::Index n_u, Eigen::Index n_p)
+      : A(steps * nt, nt), B(steps * nt, n_u), by_x(steps * n_u, nt), by_p(steps * n_u, n_p) {}
+
+  RowMajor A, B;        // dx'/dx, dx'/du of the open loop
+  RowMajor by_x, by_p;  // du/dx, du/dp of the policy
+};
+
+// NaN from a step that failed on.
+void roll_world(SceneSteps& steps, const Plan& plan, std::size_t world, double* states, WorldSlopes& slopes,
+                const std::stop_token& stop) {
+  const int nx = steps.first.nx(), nt = steps.first.nt(), n_u = steps.first.n_u();
+  const auto stepper = steps.pool.take([&] { return steps.stepper(); });
+  Eigen::VectorXd x = Eigen::VectorXd::Map(plan.start(world), nx), next(nx);
+  Eigen::MatrixXd A, B, P;
+  PolicySlopes of_policy;
+  bool goes_on = true;
+  for (std::size_t k = 0; k < plan.steps && !stop.stop_requested(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const double* u = plan.policy ? nullptr : plan.command(world, k, static_cast<std::size_t>(n_u));
+    if (plan.policy && goes_on) {
+      plan.policy->derivatives(steps.scene.robot.model, x.data(), world, of_policy);
+      u = of_policy.u.data();
+    }
+    goes_on = goes_on && stepper->jacobians(plan.times[row], steps.scene.step, x.data(), u, nullptr,
+                                            next.data(), A, B, P);
+    if (!goes_on) {
+      const double none = std::numeric_limits<double>::quiet_NaN();
+      next.setConstant(none), A.setConstant(nt, nt, none), B.setConstant(nt, n_u, none);
+    }
+    Eigen::VectorXd::Map(states + row * nx, nx) = next;
+    slopes.A.middleRows(row * nt, nt) = A;
+    slopes.B.middleRows(row * nt, nt) = B;
+    if (plan.policy) {
+      slopes.by_x.middleRows(row * n_u, n_u) = of_policy.by_x;
+      slopes.by_p.middleRows(row * n_u, n_u) = of_policy.by_p;
+    }
+    x = next;
+  }
+}
+
+// Parameters of the policy, or none.
+Eigen::Index parameters_of(const Plan& plan) {
+  return plan.policy ? static_cast<Eigen::Index>(plan.policy->n_p()) : 0;
+}
+
+void prepare(Plan& plan) {
+  if (plan.policy) watched(nb::none(), [&](const Watch&) { plan.policy->prepare_derivatives(); });
+}
+
+nb::tuple rollout_jacobians(const PythonScene& self, nb::handle x0, nb::handle u,
+                            std::optional<std::size_t> n_steps,
+                            std::shared_ptr<const RecordedFunction> policy, nb::handle parameters) {
+  SceneSteps& steps = self.steps(true);
+  Plan plan = plan_of(steps, {"rollout_jacobians", x0, u, n_steps, std::move(policy), parameters});
+  prepare(plan);
+  const int nt = steps.first.nt(), n_u = steps.first.n_u();
+  const Eigen::Index n_p = parameters_of(plan), columns = plan.policy ? n_p : n_u;
+  double *states = nullptr, *by_x = nullptr, *by_u = nullptr;
+  nb::object x = new_array(shape_of(plan, {steps.first.nx()}), states);
+  nb::object A = new_array(shape_of(plan, {nt, nt}), by_x);
+  nb::object B = new_array(shape_of(plan, {nt, columns}), by_u);
+  const auto n = static_cast<Eigen::Index>(plan.steps);
+  in_parts(plan, 1, [&](std::size_t world, std::size_t, const std::stop_token& stop) {
+    const auto row = static_cast<Eigen::Index>(world) * n;
+    WorldSlopes slopes(n, nt, n_u, n_p);
+    roll_world(steps, plan, world, states + row * steps.first.nx(), slopes, stop);
+    if (stop.stop_requested()) return;
+    auto whole_A = RowMajor::Map(by_x + row * nt * nt, n * nt, nt);
+    auto whole_B = RowMajor::Map(by_u + row * nt * columns, n * nt, columns);
+    whole_A = slopes.A;
+    if (!plan.policy) whole_B = slopes.B;
+    for (Eigen::Index k = 0; plan.policy && k < n; ++k) {
+      const auto open = slopes.B.middleRows(k * nt, nt);
+      whole_A.middleRows(k * nt, nt) += open * slopes.by_x.middleRows(k * n_u, n_u);
+      whole_B.middleRows(k * nt, nt) = open * slopes.by_p.middleRows(k * n_u, n_u);
+    }
+  });
+  return nb::make_tuple(x, A, B);
+}
+
+// Slopes of a cost by the states and by the commands of one world, a row a step.
+struct CostRows {
+  Eigen::Map<const RowMajor> by_x, by_u;  // by_u: no rows where the cost does not depend on commands
+};
+
+// With g_k = c_k + B_k^T lambda_k of the commands, lambda_k = w_k + A_{k+1}^T lambda_{k+1}, of a policy also + F^T g_{k+1}.
+// Slopes are by u, or by the parameters.
+void sweep_back(const WorldSlopes& s, const CostRows& cost, bool closed, Eigen::VectorXd& by_x0,
+                RowMajor& by_u, Eigen::VectorXd& by_p) {
+  const Eigen::Index steps = cost.by_x.rows(), nt = cost.by_x.cols(), n_u = s.B.cols();
+  Eigen::VectorXd lambda = Eigen::VectorXd::Zero(nt);
+  by_p = Eigen::VectorXd::Zero(s.by_p.cols());
+  for (Eigen::Index k = steps; k-- > 0;) {
+    lambda += cost.by_x.row(k).transpose();
+    Eigen::VectorXd g = s.B.middleRows(k * nt, nt).transpose() * lambda;
+    if (cost.by_u.rows() > 0) g += cost.by_u.row(k).transpose();
+    by_u.row(k) = g.transpose();
+    lambda = (s.A.middleRows(k * nt, nt).transpose() * lambda).eval();
+    if (!closed) continue;
+    lambda += s.by_x.middleRows(k * n_u, n_u).transpose() * g;
+    by_p += s.by_p.middleRows(k * n_u, n_u).transpose() * g;
+  }
+  by_x0 = lambda;
+}
+
+Shape without_steps(Shape shape) {
+  shape.erase(shape.end() - 2);
+  return shape;
+}
+
+nb::tuple rollout_gradient(const PythonScene& self, nb::handle x0, nb::handle u, nb::handle weights,
+                           std::optional<std::size_t> n_steps, std::shared_ptr<const RecordedFunction> policy,
+                           nb::handle parameters, nb::handle command_weights) {
+  if (weights.is_none())
+    throw ArgumentError("rollout_gradient: weights is None; expected an array of numbers");
+  SceneSteps& steps = self.steps(true);
+  Plan plan = plan_of(steps, {"rollout_gradient", x0, u, n_steps, std::move(policy), parameters});
+  prepare(plan);
+  const int nx = steps.first.nx(), nt = steps.first.nt(), n_u = steps.first.n_u();
+  const Eigen::Index n_p = parameters_of(plan);
+  const Numbers w = numbers(weights, "rollout_gradient: weights", shape_of(plan, {nt}));
+  Numbers c;
+  if (!command_weights.is_none())
+    c = numbers(command_weights, "rollout_gradient: command_weights", shape_of(plan, {n_u}));
+  double *states = nullptr, *by_x0 = nullptr, *by_command = nullptr;
+  nb::object x = new_array(shape_of(plan, {nx}), states);
+  nb::object start = new_array(without_steps(shape_of(plan, {nt})), by_x0);
+  const Shape of_commands = plan.policy ? without_steps(shape_of(plan, {n_p})) : shape_of(plan, {n_u});
+  nb::object commands = new_array(of_commands, by_command);
+  const auto n = static_cast<Eigen::Index>(plan.steps);
+  in_parts(plan, 1, [&](std::size_t world, std::size_t, const std::stop_token& stop) {
+    const auto at = static_cast<Eigen::Index>(world), row = at * n;
+    WorldSlopes slopes(n, nt, n_u, n_p);
+    roll_world(steps, plan, world, states + row * nx, slopes, stop);
+    if (stop.stop_requested()) return;
+    const CostRows cost{{w.data + row * nt, n, nt},
+                        {c.data ? c.data + row * n_u : nullptr, c.data ? n : 0, n_u}};
+    Eigen::VectorXd of_x0, of_p;
+    RowMajor of_u(n, n_u);
+    sweep_back(slopes, cost, plan.policy.has_value(), of_x0, of_u, of_p);
+    Eigen::VectorXd::Map(by_x0 + at * nt, nt) = of_x0;
+    if (plan.policy)
+      Eigen::VectorXd::Map(by_command + at * n_p, n_p) = of_p;
+    else
+      RowMajor::Map(by_command + row * n_u, n, n_u) = of_u;
+  });
+  return nb::make_tuple(x, start, commands);
+}
+
+// Several states in registers, of explicit schemes.
+CodegenOptions options_of(const Scene& scene, const std::stop_token& stop) {
+  CodegenOptions options = scene.evaluation;
+  options.stop = stop;
+  const bool is_explicit =
+      scene.integrator == Integrator::kRungeKutta4 || scene.integrator == Integrator::kSemiImplicitEuler;
+  if (is_explicit) options.lanes = Lanes::kNative;
+  return options;
+}
+
+void check_can_roll(const Scene& scene) {
+  if (scene.robot.constraints.rigid.empty()) return;
+  throw ArgumentError(
+      "rollout: scene \"" + scene.name +
+      "\" has rigid contacts or hard limits, whose steps depend on each other; expected a scene "
+      "without them, or simulate()");
+}
+
+}  // namespace
+
+SceneSteps::SceneSteps(const Scene& of, bool jacobians, const std::stop_token& stop)
+    : scene(of),
+      options(options_of(of, stop)),
+      with_jacobians(jacobians),
+      first(system_of(of.robot), of.integrator, options, jacobians, 1, of.tolerances) {}
+
+std::unique_ptr<Stepper> SceneSteps::stepper() const {
+  if (!with_jacobians) return std::make_unique<Stepper>(first.twin());
+  return std::make_unique<Stepper>(system_of(scene.robot), scene.integrator, options, true, 1,
+                                   scene.tolerances);
+}
+
+SceneSteps& PythonScene::steps(bool with_jacobians) const {
+  check_can_roll(scene);
+  auto& steps = steps_[with_jacobians];
+  bool is_made = false;
+  {
+    const nb::gil_scoped_release unlocked;
+    const std::scoped_lock lock(mutex_);
+    is_made = steps != nullptr;
+  }
+  if (!is_made) {
+    watched(nb::none(), [&](const Watch& watch) {
+      const std::scoped_lock lock(mutex_);
+      if (!steps) steps = std::make_unique<SceneSteps>(scene, with_jacobians, watch.stop);
+    });
+  }
+  return *steps;
+}
+
+void bind_rollouts(nb::class_<PythonScene>& scene) {
+  scene.def_prop_ro(
+      "nx", [](const PythonScene& s) { return s.steps(false).first.nx(); },
+      "Entries of a state x = (q, v, motors with a lag).");
+  scene.def_prop_ro(
+      "nu", [](const PythonScene& s) { return s.steps(false).first.n_u(); }, "Entries of a command u.");
+  scene.def(
+      "rollout", rollout, nb::arg("x0"), nb::arg("u") = nb::none(), nb::kw_only(),
+      nb::arg("steps") = nb::none(), nb::arg("policy") = nb::none(), nb::arg("parameters") = nb::none(),
+      nb::sig("def rollout(self, x0: ArrayLike, u: ArrayLike | None = None, *, steps: int | None = None, "
+              "policy: Function | None = None, parameters: ArrayLike | None = None) -> Array"),
+      "Many motions at once: the states after each step, (worlds, steps, nx).\n\n"
+      "x0: (worlds, nx), or (nx,) for all.  u: (worlds, steps, nu), or (steps, nu) for all, held over each "
+      "step, N m\n"
+      "or N; by default what the scene tells its motors, for `steps` steps or the duration.\n"
+      "policy: in place of u, a recorded function of the state (nx,), and of parameters (n_p,), that returns "
+      "the\n"
+      "   commands (nu,) at the beginning of each step.  parameters: (worlds, n_p), or (n_p,) for all.\n"
+      "Without worlds in any of these the result is (steps, nx).  Explicit steps run several worlds to a "
+      "register; worlds\n"
+      "are shared out among the threads of the process, and none depends on another.  A world that diverges "
+      "is NaN from\n"
+      "there on.  Ctrl-C stops it.\n\n"
+      "Raises ArgumentError for wrong shapes and for scenes with rigid contacts or hard limits, "
+      "GuardViolation where a\n"
+      "policy leaves the branch that was recorded.\n\n"
+      ">>> scene = dyntape.Scene(\"config/scenes/pendulum.info\")\n"
+      ">>> f = dyntape.record(lambda x, p: [-p[0] * x[0] - p[1] * x[1]], 2, 2)\n"
+      ">>> scene.rollout([[0.1, 0], [0.2, 0]], steps=50, policy=f, parameters=[20, 5]).shape\n"
+      "(2, 50, 2)");
+  scene.def("rollout_jacobians", rollout_jacobians, nb::arg("x0"), nb::arg("u") = nb::none(), nb::kw_only(),
+            nb::arg("steps") = nb::none(), nb::arg("policy") = nb::none(), nb::arg("parameters") = nb::none(),
+            nb::sig("def rollout_jacobians(self, x0: ArrayLike, u: ArrayLike | None = None, *, "
+                    "steps: int | None = None, policy: Function | None = None, parameters: ArrayLike | None "
+                    "= None) -> tuple[Array, Array, Array]"),
+            "The same states, and the exact Jacobians of each step: x (worlds, steps, nx), A = dx'/dx "
+            "(worlds, steps, nt, nt),\n"
+            "B = dx'/du (worlds, steps, nt, nu); increments of q in the moving frame on both sides, nt = 2 "
+            "nv + lagged\n"
+            "motors.  With a policy A is that of the closed loop, and B = dx'/dparameters (worlds, steps, "
+            "nt, n_p).");
+  scene.def(
+      "rollout_gradient", rollout_gradient, nb::arg("x0"), nb::arg("u") = nb::none(),
+      nb::arg("weights") = nb::none(), nb::kw_only(), nb::arg("steps") = nb::none(),
+      nb::arg("policy") = nb::none(), nb::arg("parameters") = nb::none(),
+      nb::arg("command_weights") = nb::none(),
+      nb::sig("def rollout_gradient(self, x0: ArrayLike, u: ArrayLike | None = None, weights: ArrayLike | "
+              "None = None, *, steps: int | None = None, policy: Function | None = None, parameters: "
+              "ArrayLike | None = None, command_weights: ArrayLike | None = None) -> tuple[Array, Array, "
+              "Array]"),
+      "The states, and the slopes of sum weights . x + sum command_weights . u by x0 and u in one sweep "
+      "back:\n"
+      "x (worlds, steps, nx), (worlds, nt), (worlds, steps, nu).  With a policy the last is by its "
+      "parameters,\n"
+      "(worlds, n_p); those that all worlds share have the sum of these as their slope.\n\n"
+      "weights: (worlds, steps, nt), slopes of a cost by the states, along the tangent where q has more "
+      "entries than v.\n"
+      "command_weights: (worlds, steps, nu), slopes of a cost by the commands; by default zero.\n\n"
+      ">>> scene = dyntape.Scene(\"config/scenes/pendulum.info\")\n"
+      ">>> f = dyntape.record(lambda x, p: [-p[0] * x[0] - p[1] * x[1]], 2, 2)\n"
+      ">>> w = np.ones((2, 50, 2))\n"
+      ">>> x, by_x0, by_p = scene.rollout_gradient([[0.1, 0], [0.2, 0]], weights=w, steps=50, policy=f, "
+      "parameters=[20, 5])\n"
+      ">>> by_p.shape\n"
+      "(2, 2)");
+}
+
+}  // namespace dyntape::python

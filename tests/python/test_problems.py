@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Problems of robots whose joints follow others, and what problems and tasks say before a solve."""
+
+import shutil
+import warnings
+
+import dyntape
+import numpy as np
+import pytest
+from conftest import CONFIG, FINGERS
+
+PANDA = CONFIG / "robots" / "panda.urdf"
+READY = np.array([0, -0.5, 0, -2.0, 0, 1.5, 0.8, 0.01])
+
+
+def test_a_joint_that_does_not_follow_warns_once_and_says_how():
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        robot = dyntape.load(PANDA)
+    assert len(told) == 1 and told[0].filename == __file__
+    assert "mimic=True" in str(told[0].message) and 'joint "panda_finger_joint2" mimics' in str(told[0].message)
+    assert str(told[0].message) in robot.notes
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        dyntape.load(PANDA, mimic=True)
+        dyntape.load(PANDA, lock=FINGERS)  # it does not move
+        with pytest.raises(UserWarning):
+            dyntape.load(PANDA)
+
+
+@pytest.mark.parametrize("form", ["forward", "inverse"])
+def test_the_fingers_of_a_problem_are_tied(form):
+    robot = dyntape.load(PANDA, mimic=True)
+    p = robot.problem(0.8, form=form)
+    assert len(p.states) == 16 and len(p.controls) == 8 and "q.panda_finger_joint2" not in p.states
+    p.start_at(READY)
+    goal = READY + np.array([0.2, 0.1, 0, 0.2, 0, 0, 0, 0.02])
+    p.end_at(goal)
+    p.add_squares("effort", lambda s: s.u, weight=0.1)
+    p.limit_positions()
+    p.limit_velocities()
+    p.limit_efforts()
+    s = p.solve()
+    assert s.success, s.verdict
+    assert s.q.shape[1] == robot.nq
+    np.testing.assert_allclose(s.q[-1], goal, atol=1e-7)
+    # The dynamics of the robot whose finger follows, by another route.
+    if form == "inverse":
+        torque = robot.rnea(s.q, s.v, s.a)[1:]  # Radau's scheme does not use the first point
+        np.testing.assert_allclose(torque, s.u[1:], atol=1e-7 * np.abs(s.u).max())
+    else:
+        times = np.linspace(0.1, 0.7, 25)
+        slopes = (s.at(times + 1e-5).x[:, 8:] - s.at(times - 1e-5).x[:, 8:]) / 2e-5
+        between = s.at(times)
+        off = np.abs(robot.aba(between.x[:, :8], between.x[:, 8:], between.u) - slopes).max(axis=1)
+        assert np.median(off) < 1e-2 * np.abs(slopes).max()
+    assert "<canvas" in s.page()
+
+
+def test_both_forms_of_a_tied_problem_have_one_optimum():
+    robot = dyntape.load(PANDA, mimic=True)
+    costs = []
+    for form in ("forward", "inverse"):
+        p = robot.problem(0.5, form=form)
+        p.start_at(READY)
+        p.end_at(READY + 0.02)
+        p.add_squares("effort", lambda s: s.u)
+        s = p.solve()
+        assert s.success, s.verdict
+        costs.append(s.cost)
+    np.testing.assert_allclose(costs[0], costs[1], rtol=1e-4)
+
+
+def test_terms_see_the_finger_that_follows():
+    robot = dyntape.load(PANDA, mimic=True)
+    p = robot.problem(0.5, form="inverse")
+    p.start_at(READY)
+    p.add_squares("effort", lambda s: s.u, weight=0.01)
+    # Of the second finger: 0.025 m of its own, which only the first can give.
+    wide = READY.copy()
+    wide[7] = 0.025
+    place = robot.frame_placement(wide, frame="panda_rightfinger").p
+    p.add_equality("wide", p.frame_error("panda_rightfinger", place), where="end")
+    p.end_at()
+    s = p.solve()
+    assert s.success, s.verdict
+    np.testing.assert_allclose(robot.frame_placement(s.q[-1], frame="panda_rightfinger").p, place, atol=1e-6)
+    found = p.inverse_kinematics("panda_hand", robot.frame_placement(READY + 0.1, frame="panda_hand").p)
+    assert found.shape == (8,)
+
+
+def test_a_leader_keeps_the_limits_of_its_follower_in_problems():
+    text = PANDA.read_text()
+    at = text.index("panda_finger_joint2")
+    limit = text.index('upper="0.04"', at)
+    robot = dyntape.load_text(text[:limit] + 'upper="0.02"' + text[limit + 12 :], mimic=True)
+    p = robot.problem(0.5, form="inverse")
+    p.start_at(READY)
+    p.end_at()
+    p.limit_positions()
+    p.add_squares("open", lambda s: s.q[7] - 0.04, weight=1000)
+    p.add_squares("effort", lambda s: s.u, weight=1e-3)
+    s = p.solve()
+    assert s.success, s.verdict
+    assert 0.0195 < s.q[:, 7].max() < 0.02 + 1e-6
+
+
+def test_a_follower_has_no_motor():
+    robot = dyntape.load(PANDA, mimic=True)
+    with pytest.raises(dyntape.ArgumentError, match='"panda_finger_joint2" follows "panda_finger_joint1"'):
+        robot.problem(1, driven=["panda_joint1", "panda_finger_joint2"])
+
+
+# --- What problems say of themselves ---
+
+
+def test_what_is_not_finite_is_told_by_its_line():
+    def root(s):
+        shift = s.x[0] - 2
+        return np.sqrt(shift)  # HERE
+
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.start, p.goal = [0, 0], [1, 0]
+    p.add_squares("effort", lambda s: s.u)
+    p.add_cost("root", root)
+    line = next(k for k, text in enumerate(open(__file__), 1) if text.rstrip().endswith("# HERE"))
+    with pytest.raises(dyntape.NumericalError) as told:
+        p.solve(10)
+    assert f'{__file__}:{line}: sqrt of -2 is no number, in "root" at t = 0 s' in str(told.value)
+    assert "node" not in str(told.value)
+
+
+def test_what_has_no_slope_is_told_by_its_line():
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.start, p.goal = [0, 0], [1, 0]
+    p.add_squares("effort", lambda s: s.u)
+    p.add_cost("length", lambda s: np.sqrt(s.x[0] ** 2 + s.x[1] ** 2))
+    with pytest.raises(dyntape.NumericalError, match=r"test_problems.py:\d+: sqrt of 0 has no slope, in \"length\".*write norm"):
+        p.solve(10)
+
+
+def test_a_quotient_is_told_with_its_numbers():
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0] / s.x[0]])
+    p.start, p.goal = [0, 0], [1, 0]
+    p.add_squares("effort", lambda s: s.u)
+    with pytest.raises(dyntape.NumericalError, match=r"test_problems.py:\d+: 0 / 0 is no number, in \"block: rate\""):
+        p.solve(10)
+
+
+def test_a_problem_in_a_notebook():
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.start = [0, 0]
+    p.bound_controls(-3, 3)
+    p.add_squares("effort <b>", lambda s: s.u)
+    p.add_inequality("low", lambda s: s.x[0], 0, where=0.5)
+    assert p.terms == [("effort <b>", "running", "squares"), ("low", "0.5 of the duration", "inequality")]
+    assert p.control_bounds[0] == [-3] and np.isinf(p.state_bounds[1]).all()
+    page = p._repr_html_()
+    assert "<td>free</td>" in page and "effort &lt;b&gt;" in page and "<td>-3</td>" in page
+    assert page.count("<table>") == page.count("</table>") == 3
+
+
+def test_functions_that_refer_to_their_problem_are_collected():
+    import gc
+    import weakref
+
+    class Mark:
+        pass
+
+    def make():
+        mark, p = Mark(), dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+        p.add_cost("own", lambda s: s.u[0] ** 2 + 0 * len(p.states) * bool(mark))
+        return weakref.ref(mark)
+
+    mark = make()
+    gc.collect()
+    assert mark() is None
+
+
+# --- Tasks that cannot be met ---
+
+
+def warned(task, **settings):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        dyntape.solve(CONFIG / "tasks" / task, set={"solver.max_iterations": 1, **settings})
+    return [str(w.message) for w in told]
+
+
+def test_weak_motors_are_told_before_the_solve():
+    assert not [s for s in warned("quadruped_jump.info") if "motors" in s]
+    told = [s for s in warned("quadruped_jump.info", **{"bounds.efforts": 0.3}) if "motors cannot hold" in s]
+    assert len(told) == 1 and "N m at least, and its limit is 0.3" in told[0]
+
+
+def test_footholds_out_of_reach_are_told_in_metres(tmp_path):
+    text = (CONFIG / "tasks" / "quadruped_jump.info").read_text().replace("../robots", str(CONFIG / "robots"))
+
+    def notes(offset):
+        changed = text.replace("phase landing {", "phase landing { foothold_offset { FL_FOOT \"" + offset + "\" }")
+        (tmp_path / "jump.info").write_text(changed)
+        return warned(tmp_path / "jump.info")
+
+    assert not [s for s in notes("0.05 0 0") if "foothold" in s]
+    far = notes("1.5 0 0")
+    assert any("phase 'landing': no configuration" in s and "misses one by" in s and " m" in s for s in far)
+    below = notes("0 0 -0.15")
+    assert any("the foothold of 'FL_FOOT' is 0.150 m below the floor" in s for s in below)
+
+
+@pytest.mark.skipif(not shutil.which("gnuplot"), reason="gnuplot draws them")
+def test_pictures_say_what_they_show(tmp_path):
+    dyntape.sweep(CONFIG / "sweeps" / "pendulum_amplitudes.info", tmp_path / "grid", set={"samples": 1})
+    grid = (tmp_path / "grid" / "sweep.svg").read_text()
+    assert "q.hinge [rad]" in grid and "samples" not in grid  # a histogram would tell where the grid is
+    dyntape.sweep(CONFIG / "sweeps" / "quadruped_dropped.info", tmp_path / "random", set={"samples": 20})
+    random = (tmp_path / "random" / "sweep.svg").read_text()
+    assert "start.base.position.z [m]" in random and "q2, base z [m]" in random and "samples" in random
+    scene = dyntape.Scene(CONFIG / "scenes" / "quadruped_on_floor.info", set={"simulation.duration": 0.2})
+    forces = scene.simulate().plot()["forces"]
+    assert forces.count("rigid contact at FL_FOOT") == 1 and "sideways" in forces
+    jump = dyntape.solve(CONFIG / "tasks" / "quadruped_jump.info").plot()
+    assert "z + 0.35 y [m]" in jump["motion"] and "limit" in jump["trajectory"]
