@@ -31,7 +31,7 @@ struct Request {
 
 // What is rolled out: x0 (worlds x nx), u (worlds x steps x n_u), either one for all; or a policy in place of u.
 struct Plan {
-  std::size_t worlds = 1, steps = 0;
+  std::size_t worlds = 1, steps = 0, nx = 0;
   bool is_batch = true;
   Numbers x0, u;
   std::optional<Policy> policy = {};
@@ -114,6 +114,7 @@ Plan plan_of(const SceneSteps& steps, const Request& request) {
   const Scene& scene = steps.scene;
   const int nx = steps.first.nx(), n_u = steps.first.n_u();
   Plan plan;
+  plan.nx = static_cast<std::size_t>(nx);
   plan.x0 = numbers(request.x0, "rollout: x0");
   const std::string n = std::to_string(nx);
   check_axes("x0", plan.x0, "(worlds, " + n + ") or (" + n + ",)", 2, nx);
@@ -140,13 +141,13 @@ Shape shape_of(const Plan& plan, std::initializer_list<std::ptrdiff_t> of_step) 
 // Worlds that a thread takes at a time: a multiple of all lanes.
 constexpr std::size_t kWorlds = 16;
 
-// Steps of all worlds that end before anybody could press a key.
-constexpr std::size_t kBriefSteps = 64;
+// Numbers of all states that are computed before anybody could press a key.
+constexpr std::size_t kBriefNumbers = 8192;
 
 using RolloutPart = std::function<void(std::size_t first, std::size_t count, const std::stop_token& stop)>;
 
 void in_parts(const Plan& plan, std::size_t at_a_time, const RolloutPart& part) {
-  interruptible(plan.worlds * plan.steps > kBriefSteps, [&](const std::stop_token& stop) {
+  interruptible(plan.worlds * plan.steps * plan.nx > kBriefNumbers, [&](const std::stop_token& stop) {
     codegen::run_tasks((plan.worlds + at_a_time - 1) / at_a_time, [&](std::size_t k) {
       const std::size_t first = k * at_a_time;
       if (!stop.stop_requested()) part(first, std::min(at_a_time, plan.worlds - first), stop);
