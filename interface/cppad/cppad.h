@@ -17,6 +17,10 @@
 // Taylor series of any order follow from the rows of ops.def.  docs/from_cppad.md lists the differences from CppAD.
 #pragma once
 
+#if __cplusplus < 202002L
+#error "dyntape's headers are C++20: compile with -std=c++20, or link the CMake target, which says so"
+#endif
+
 #include <dyntape/interface/cppad/ad.h>
 #include <dyntape/interface/cppad/ad_fun.h>
 #include <dyntape/interface/cppad/conditions.h>

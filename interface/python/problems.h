@@ -66,8 +66,8 @@ struct ProblemSolution {
 
 // Runs the Python function once, on recorded values, and keeps what it did: no Python runs in a solve.
 StageFunction record_stage_function(PythonProblem& problem, const std::string& name, nb::callable f);
-// Runs the functions again along the first guess: "the cost.py:3: sqrt of -1 is no number, in \"effort\" at t = 0 s" of the first
-// operation whose value or slope is not finite, or "".
+// Runs the functions again along the first guess: "cost.py:3: sqrt of -1 is no number, in \"effort\"" of the first operation
+// whose value or slope is not finite, or "".
 std::string first_not_finite_line(const PythonProblem& problem);
 
 // What a Python argument stands for: a ready function, or a callable of the stage.

@@ -103,8 +103,7 @@ std::string first_not_finite_line(const PythonProblem& problem) {
         record_python(given.name, problem, given.function, joined(stage, problem.sizes()));
       } catch (nb::python_error& error) {
         if (!error.matches(nb::module_::import_("dyntape").attr("NumericalError"))) return "";
-        return nb::cast<std::string>(nb::str(error.value())) + ", in \"" + given.name +
-               "\" at t = " + io::with_digits(t, 4) + " s of the first guess";
+        return nb::cast<std::string>(nb::str(error.value())) + ", in \"" + given.name + "\"";
       }
     }
   }

@@ -19,30 +19,42 @@ namespace {
 
 using Eigen::VectorXd;
 
-// A robot whose joints all have entries of their own; of others q is not what configuration.h takes.
-void check_is_free(const Robot& robot, const char* what) {
-  if (robot.urdf.mimics.empty()) return;
-  throw ArgumentError(std::string(what) +
-                      ": not for robots whose joints follow others; load it without mimic=True");
+using Mimic = dynamics::MimicModel<double>;
+
+// Calls f with the robot's model: a MimicModel if joints follow others.
+auto with_model(const Robot& robot, const auto& f) {
+  return robot.urdf.mimics.empty() ? f(robot.model()) : f(Mimic(robot.model(), robot.urdf.mimics));
 }
 
-VectorXd neutral(const Robot& robot) { return dynamics::neutral(robot.model()); }
+VectorXd entries_of(const std::vector<int>& places, const VectorXd& full) { return full(places); }
+
+VectorXd neutral(const dynamics::Model<double>& model) { return dynamics::neutral(model); }
+VectorXd neutral(const Mimic& model) { return entries_of(model.q_owners, dynamics::neutral(model.full)); }
+
+VectorXd way(const dynamics::Model<double>& model, const VectorXd& from, const VectorXd& to) {
+  return dynamics::difference<double>(model, from, to);
+}
+VectorXd way(const Mimic& model, const VectorXd& from, const VectorXd& to) {
+  const VectorXd all = dynamics::difference<double>(model.full, expand_configuration<double>(model, from),
+                                                    expand_configuration<double>(model, to));
+  return entries_of(model.v_owners, all);
+}
 
 nb::object neutral_configuration(const Robot& robot) {
-  check_is_free(robot, "neutral");
-  const VectorXd q = neutral(robot);
+  const VectorXd q = with_model(robot, [](const auto& model) { return neutral(model); });
   return copy_of(q.data(), {q.size()});
 }
 
 // Drawn one after the other from a seed: the same numbers on every machine.
 nb::object random_configuration(const Robot& robot, std::optional<std::size_t> count, std::uint64_t seed) {
-  check_is_free(robot, "random");
   std::mt19937_64 random(seed);
   double* data = nullptr;
   const auto rows = static_cast<std::ptrdiff_t>(count.value_or(1));
   nb::object array = new_array(count ? Shape{rows, robot.nq} : Shape{robot.nq}, data);
-  for (std::ptrdiff_t i = 0; i < rows; ++i)
-    VectorXd::Map(data + i * robot.nq, robot.nq) = dynamics::random_configuration(robot.model(), random);
+  with_model(robot, [&](const auto& model) {
+    for (std::ptrdiff_t i = 0; i < rows; ++i)
+      VectorXd::Map(data + i * robot.nq, robot.nq) = dynamics::random_configuration(model, random);
+  });
   return array;
 }
 
@@ -61,22 +73,23 @@ nb::object at_all(const Rows& rows, const char* name, int n_first, int n_second,
 }
 
 nb::object integrate(const Robot& robot, nb::handle q, nb::handle v) {
-  check_is_free(robot, "integrate");
   Rows rows("integrate");
   rows.add(q, "q", static_cast<std::size_t>(robot.nq));
   rows.add(v, "v", static_cast<std::size_t>(robot.nv));
-  return at_all(rows, "q", robot.nq, robot.nv, robot.nq, [&](const VectorXd& from, const VectorXd& by) {
-    return dynamics::integrate<double>(robot.model(), from, by);
+  return with_model(robot, [&](const auto& model) {
+    return at_all(rows, "q", robot.nq, robot.nv, robot.nq, [&](const VectorXd& from, const VectorXd& by) {
+      return dynamics::integrate<double>(model, from, by);
+    });
   });
 }
 
 nb::object difference(const Robot& robot, nb::handle q0, nb::handle q1) {
-  check_is_free(robot, "difference");
   Rows rows("difference");
   rows.add(q0, "q0", static_cast<std::size_t>(robot.nq));
   rows.add(q1, "q1", static_cast<std::size_t>(robot.nq));
-  return at_all(rows, "v", robot.nq, robot.nq, robot.nv, [&](const VectorXd& from, const VectorXd& to) {
-    return dynamics::difference<double>(robot.model(), from, to);
+  return with_model(robot, [&](const auto& model) {
+    return at_all(rows, "v", robot.nq, robot.nq, robot.nv,
+                  [&](const VectorXd& from, const VectorXd& to) { return way(model, from, to); });
   });
 }
 
@@ -84,20 +97,21 @@ nb::object difference(const Robot& robot, nb::handle q0, nb::handle q1) {
 
 void bind_configurations(nb::class_<Robot>& robot) {
   robot.def("neutral", neutral_configuration, nb::sig("def neutral(self) -> Array"),
-            "(nq,) all joints at zero.\n\nRaises ArgumentError for robots whose joints follow others.");
+            "(nq,) all joints at zero.");
   robot.def("random", random_configuration, nb::arg("count") = nb::none(), nb::kw_only(), nb::arg("seed") = 0,
             nb::sig("def random(self, count: int | None = None, *, seed: int = 0) -> Array"),
-            "(nq,), or (count, nq): configurations within the limits, the same for the same seed.\n\n"
-            "Raises ArgumentError for robots whose joints follow others.");
+            "(nq,), or (count, nq): configurations within the joints' limits, the same for the same seed.  "
+            "Joints that "
+            "follow others do, whatever their own limits.");
   robot.def(
       "integrate", integrate, nb::arg("q"), nb::arg("v"),
       nb::sig("def integrate(self, q: ArrayLike, v: ArrayLike) -> Array"),
       "q (+) v: q (..., nq) moved by v (..., nv), each joint in its moving frame.  Returns (..., nq).\n\n"
-      "Raises ArgumentError for wrong shapes and for robots whose joints follow others.");
+      "Raises ArgumentError for wrong shapes.");
   robot.def("difference", difference, nb::arg("q0"), nb::arg("q1"),
             nb::sig("def difference(self, q0: ArrayLike, q1: ArrayLike) -> Array"),
             "v with q0 (+) v = q1.  q0, q1 (..., nq); returns (..., nv).\n\n"
-            "Raises ArgumentError for wrong shapes and for robots whose joints follow others.");
+            "Raises ArgumentError for wrong shapes.");
 }
 
 }  // namespace dyntape::python

@@ -96,6 +96,10 @@ void plan_commands(Plan& plan, const Request& request, const SceneSteps& steps) 
                         ": parameters are those of a policy; expected policy, a dyntape.Function");
   if (request.u.is_none()) {
     plan.steps = request.steps.value_or(static_cast<std::size_t>(scene.steps()));
+    constexpr std::size_t kMost = 1'000'000'000;
+    if (plan.steps > kMost)
+      throw ArgumentError(std::string(request.call) + ": steps is " + std::to_string(plan.steps) +
+                          "; expected at most 1e9");
     if (request.policy)
       plan.policy.emplace(request.policy, request.parameters, request.call, steps.first.nx(), n_u);
     else
