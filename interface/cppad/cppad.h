@@ -28,7 +28,6 @@
 #include <dyntape/interface/cppad/nodes/atomic.h>
 #include <dyntape/interface/cppad/nodes/atomic_base.h>
 #include <dyntape/interface/cppad/nodes/checkpoint.h>
-#include <dyntape/interface/cppad/nodes/user_atomic.h>
 #include <dyntape/interface/cppad/nodes/vec_ad.h>
 #include <dyntape/interface/cppad/sparse.h>
 #include <dyntape/interface/cppad/utilities/checks.h>

@@ -155,7 +155,10 @@ def test_the_page(tmp_path, monkeypatch):
     page = (HERE.parents[1] / "docs" / "python.md").read_text()
     scene = dyntape.Scene(CONFIG / "scenes" / "quadruped_explicit.info")
     x0 = np.concatenate([scene.q, scene.v])[None]
-    names = {"x0": x0, "u": np.zeros((1, 5, 12)), "w": np.zeros((1, 5, 36)), "target": np.array([0.3, 0.2, 0.5])}
+    names = {
+        "x0": x0, "u": np.zeros((1, 5, 12)), "w": np.zeros((1, 5, 36)), "target": np.array([0.3, 0.2, 0.5]), "p": np.zeros(12),
+        "law": lambda x, p: p - 0.1 * x[-12:],
+    }
     (tmp_path / "config").symlink_to(CONFIG)
     monkeypatch.chdir(tmp_path)
     blocks = page.split("```python\n")[1:]

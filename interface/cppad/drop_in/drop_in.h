@@ -45,3 +45,4 @@
 #include <dyntape/interface/cppad/cg/dll_lib.h>
 #include <dyntape/interface/cppad/cppad.h>
 #include <dyntape/interface/cppad/drop_in/configure.h>
+#include <dyntape/interface/cppad/nodes/user_atomic.h>

@@ -2,6 +2,7 @@
 // Atomic functions of five functions of the user (CPPAD_USER_ATOMIC), against closed forms.
 #include <set>
 
+#include <dyntape/interface/cppad/nodes/user_atomic.h>
 #include "programs.h"
 
 namespace dyntape::user_atomic_test {
