@@ -199,7 +199,7 @@ class Refinement {
     return faults;
   }
 
-  // kNear: the motion, with a small barrier.
+  // kNear: from the last motion with a small first barrier; kMotion: with the usual one; kGuess: from the problem's guess.
   enum class From { kNear, kMotion, kGuess };
   using Nodes = std::vector<std::vector<double>>;  // of each phase
 

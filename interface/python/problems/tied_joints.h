@@ -33,7 +33,7 @@ class TiedJoints {
   Eigen::VectorXd all_v(const Eigen::VectorXd& v) const;
   Eigen::VectorXd own_q(const Eigen::VectorXd& all) const;
 
-  // Start and goal of all joints become those of the short problem; so do terms that `set` adds, but of followers.
+  // Start and goal of all joints become those of the short problem.  Terms that `set` adds are added, except goals of followers.
   void set_ends(Problem& problem, const std::function<void(Problem& all)>& set) const;
   // Bounds of states that `set` makes for all joints: a leader keeps those of its followers too.
   void set_bounds(Problem& problem, const std::function<void(Problem& all)>& set) const;

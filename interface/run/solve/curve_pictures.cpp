@@ -154,7 +154,7 @@ Groups groups_of_controls(const Task& task, Eigen::Index rows) {
 }
 
 // Limits that a curve comes near to, by three quarters of its range, of many curves only those that it all but meets; and those
-// that make the picture no more than half as tall again.  The others would only squeeze it.
+// that no curve crosses and that make the picture no more than half as tall again.  The others would squeeze or mislead.
 std::vector<io::ReferenceLine> near_limits(const MatrixXd& curves, const Bounds& limits) {
   std::set<double> shown;
   const double near = curves.rows() > 3 ? 0.97 : 0.75;
@@ -162,8 +162,8 @@ std::vector<io::ReferenceLine> near_limits(const MatrixXd& curves, const Bounds&
   for (Eigen::Index i = 0; i < curves.rows(); ++i) {
     const double lower = limits.lower[i], upper = limits.upper[i];
     if (!std::isfinite(lower) || !std::isfinite(upper)) continue;
-    for (const double limit : {lower, upper})
-      if (limit > low - beside && limit < high + beside) shown.insert(limit);
+    if (lower <= low && lower > low - beside) shown.insert(lower);
+    if (upper >= high && upper < high + beside) shown.insert(upper);
     if (curves.row(i).maxCoeff() > lower + near * (upper - lower)) shown.insert(upper);
     if (curves.row(i).minCoeff() < upper - near * (upper - lower)) shown.insert(lower);
   }
