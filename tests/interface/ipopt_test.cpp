@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A solve that is stopped while the linear solver is busy.
+// The choice of the method, and a solve that is stopped while the linear solver is busy.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -59,6 +59,35 @@ class Dense : public Nlp {
   bool note() { return ++calls; }
   NlpShape shape_;
 };
+
+// A chain of one stage, or the same program without a word about stages.
+class Chain : public Dense {
+ public:
+  explicit Chain(bool has_stages) : Dense(2), chain_(Dense::shape()) {
+    if (has_stages) chain_.stages = {0};
+  }
+  const NlpShape& shape() const override { return chain_; }
+
+ private:
+  NlpShape chain_;
+};
+
+TEST(Method, IsRiccatiUnlessOnlyIpoptCan) {
+  const auto method = [](bool has_stages, const SolverOptions& options) {
+    Chain program(has_stages);
+    const NlpSolution s = solve_nlp(program, {1, 1}, options);
+    EXPECT_EQ(s.status, SolveStatus::kSolved);
+    EXPECT_EQ(s.method, s.attempts.back().method);
+    return s.method;
+  };
+  EXPECT_EQ(method(true, {}), NlpMethod::kRiccati);
+  EXPECT_EQ(method(false, {}), NlpMethod::kIpopt);
+  EXPECT_EQ(method(true, {.limited_memory = true}), NlpMethod::kIpopt);
+  EXPECT_EQ(method(true, {.print_level = 1}), NlpMethod::kIpopt);
+  EXPECT_EQ(method(true, {.extra = {{"mu_strategy", "adaptive"}}}), NlpMethod::kIpopt);
+  EXPECT_EQ(method(true, {.method = NlpMethod::kIpopt}), NlpMethod::kIpopt);
+  EXPECT_EQ(method(false, {.method = NlpMethod::kRiccati}), NlpMethod::kRiccati);
+}
 
 TEST(Ipopt, ARequestDoesNotWaitForTheLinearSolver) {
   Dense large(2500);

@@ -235,7 +235,7 @@ TEST_F(ClosedMotion, AQuadrupedStandsWhereItTakesLeast) {
     text_.replace(goal, text_.find("costs {") - goal, "periodic {\n}\n");
     text_.erase(text_.find("expected {"));
     replace("intervals 20", "intervals 5");
-    replace("method riccati", std::string("method ") + method);
+    text_ += std::string("\nsolver {\n method ") + method + "\n}\n";
     const SolveReport report = solve_task(read());
     ASSERT_TRUE(report.success()) << report.verdict();
     const Trajectory& motion = report.solution.motion;
@@ -279,7 +279,8 @@ TEST_F(ClosedMotion, WhatIsWrongIsSaid) {
   expect(message_with("start {", "start {\n  free base_x"), "'start.free' stands beside 'periodic'");
   expect(message_with("costs { effort 1e4 }", "costs {\n effort 1e4\n tracking { q 1 }\n }"),
          "'goal.q', which the file does not give");
-  expect(message_with("method riccati", "method ddp"), "'periodic' is what the method ddp does not know");
+  expect(message_with("\ncosts", "\nsolver { method ddp }\ncosts"),
+         "'periodic' is what the method ddp does not know");
   load("five_link_walking");
   const Task task = read();
   EXPECT_NE(message_of<ArgumentError>([&] { control_task(task); }).find("goes on for ever"),

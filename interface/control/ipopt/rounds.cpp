@@ -110,6 +110,7 @@ NlpSolution solve_from(Nlp& problem, const std::string& name, const std::vector<
       break;
     }
   }
+  solution.method = options.method;
   solution.attempts = {{options.method, name, solution.iterations(), solution.status, solution.objective}};
   return solution;
 }

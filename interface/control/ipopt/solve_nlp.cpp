@@ -49,6 +49,13 @@ std::vector<double> bent(const Nlp& problem, std::vector<double> x, const NlpSca
   return x;
 }
 
+NlpMethod method_for(const NlpShape& shape, const SolverOptions& options) {
+  if (options.method != NlpMethod::kAutomatic) return options.method;
+  const bool needs_ipopt = options.limited_memory || shape.hessian_kind == HessianKind::kLimitedMemory ||
+                           !options.extra.empty() || options.print_level > 0 || shape.stages.empty();
+  return needs_ipopt ? NlpMethod::kIpopt : NlpMethod::kRiccati;
+}
+
 NlpSolution solve_by(NlpMethod method, Nlp& problem, const std::vector<double>& start,
                      const SolverOptions& options) {
   return (method == NlpMethod::kIpopt ? solve_with_ipopt : solve_with_riccati)(problem, start, options);
@@ -57,25 +64,26 @@ NlpSolution solve_by(NlpMethod method, Nlp& problem, const std::vector<double>& 
 }  // namespace
 
 NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const SolverOptions& options) {
-  NlpSolution solution = solve_by(options.method, problem, start, options);
+  const NlpMethod first = method_for(problem.shape(), options);
+  NlpSolution solution = solve_by(first, problem, start, options);
   const bool is_stalled = solution.status == SolveStatus::kAcceptable;
   if ((!is_stuck(solution.status) && !is_stalled) || !options.try_other_method) return solution;
   if (options.limited_memory || problem.shape().hessian_kind == HessianKind::kLimitedMemory) return solution;
-  const NlpMethod other = options.method == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt;
+  const NlpMethod other = first == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt;
   // Whether it is solved; iterations and times count in any case.
   const auto try_by = [&](NlpMethod method, const std::vector<double>& from, const std::string& name,
                           std::shared_ptr<const NlpSolution> warm = nullptr) {
     SolverOptions of_method = less(options, solution);
     of_method.warm = std::move(warm);
     of_method.first_barrier = 0;
-    if (method != options.method) of_method.extra.clear();
+    if (method != first) of_method.extra.clear();
     if (of_method.max_iterations == 0 || options.stop.stop_requested()) return false;
     try {
       NlpSolution found = solve_by(method, problem, from, of_method);
       const bool is_solved = found.status == SolveStatus::kSolved;
       found.attempts.front().start = name;
       NlpSolution both = joined(solution, std::move(found));
-      both.is_by_other_method = method != options.method;
+      both.is_by_other_method = method != first;
       if (is_solved) return solution = std::move(both), true;
       solution.log = std::move(both.log), solution.times = both.times;
       solution.attempts = std::move(both.attempts);
@@ -90,7 +98,7 @@ NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const Solv
     return solution;
   }
   if (!try_by(other, start, "the guess") && solution.status == SolveStatus::kLocallyInfeasible)
-    try_by(options.method, bent(problem, start, solution.units), "the guess, bent to one side");
+    try_by(first, bent(problem, start, solution.units), "the guess, bent to one side");
   return solution;
 }
 

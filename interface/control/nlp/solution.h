@@ -14,10 +14,14 @@
 namespace dyntape {
 
 enum class NlpMethod {
-  kIpopt,    // Ipopt and a general sparse solver (ipopt.h)
+  // kRiccati, and kIpopt where only Ipopt can: limited memory, Ipopt's options and prints, programs without stages.
+  kAutomatic,
   kRiccati,  // the stage-wise method of dyntape (interior_point.h)
+  kIpopt,    // Ipopt and a general sparse solver (ipopt.h)
 };
-inline const char* to_string(NlpMethod m) { return m == NlpMethod::kIpopt ? "ipopt" : "riccati"; }
+inline const char* to_string(NlpMethod m) {
+  return m == NlpMethod::kIpopt ? "ipopt" : m == NlpMethod::kRiccati ? "riccati" : "automatic";
+}
 
 // One line of the solver's log.
 struct IterationRecord {
@@ -56,9 +60,9 @@ struct NlpSolution {
   std::vector<IterationRecord> log;                        // iteration 0 is the start
   NlpScaling units;                                        // nominal values of the last round
   SolveTimes times;
-  std::vector<SolveAttempt> attempts = {};  // in order; iterations() is their sum
-  bool is_by_other_method =
-      false;  // true: the requested method failed, the other one found this (solver_options.h)
+  std::vector<SolveAttempt> attempts = {};   // in order; iterations() is their sum
+  NlpMethod method = NlpMethod::kAutomatic;  // the method that found x
+  bool is_by_other_method = false;  // true: the first method failed, the other one found x (solver_options.h)
   StationaryPoint stationary_point = StationaryPoint::kUnknown;  // if solved or acceptable
 
   int iterations() const { return log.empty() ? 0 : log.back().iteration; }

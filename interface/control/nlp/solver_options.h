@@ -23,7 +23,7 @@ enum class BarrierUpdate {
 };
 
 struct SolverOptions {
-  NlpMethod method = NlpMethod::kIpopt;
+  NlpMethod method = NlpMethod::kAutomatic;
   double tolerance = 1e-8;         // for the scaled optimality error
   double dual_tolerance = 1;       // for the stationarity alone, without the weights of the error above
   double bound_relaxation = 1e-8;  // relative widening of bounds before the solve; 0 keeps them exact

@@ -219,9 +219,7 @@ class Refinement {
   // Options of the next solve, by the method that solved last; nothing where no iterations are left.
   std::optional<OptimiseOptions> next_options() const {
     OptimiseOptions options = steps_.options();
-    if (solution_.nlp.is_by_other_method)
-      options.solver.method =
-          options.solver.method == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt;
+    if (solution_.nlp.is_by_other_method) options.solver.method = solution_.nlp.method;
     options.cost_at_start = solution_.cost_at_start;
     if (options.solver.max_iterations == 0 || options.solver.stop.stop_requested()) return {};
     return options;

@@ -15,15 +15,19 @@ void read_solver(Section& file, TaskSpec& task) {
   Section solver = file.about("what solves the program").child_or_empty("solver");
   OptimiseOptions& optimise = task.optimise;
   SolverOptions& options = optimise.solver;
-  const auto method =
-      solver
-          .about(
-              "Ipopt; dyntape's own, which goes from stage to stage; differential dynamic programming, of "
-              "costs "
-              "and limits of controls")
-          .choice_or<std::optional<NlpMethod>>(
-              "method", "ipopt",
-              {{"ipopt", NlpMethod::kIpopt}, {"riccati", NlpMethod::kRiccati}, {"ddp", std::nullopt}});
+  const auto method = solver
+                          .about(
+                              "riccati: dyntape's interior-point method, stage by stage; ipopt: Ipopt; ddp: "
+                              "differential dynamic "
+                              "programming, for costs and limits of controls; automatic: riccati, and ipopt "
+                              "with a limited_memory "
+                              "Hessian, options of Ipopt or a print_level.  Where riccati or ipopt gets "
+                              "stuck, the other one tries")
+                          .choice_or<std::optional<NlpMethod>>("method", "automatic",
+                                                               {{"automatic", NlpMethod::kAutomatic},
+                                                                {"riccati", NlpMethod::kRiccati},
+                                                                {"ipopt", NlpMethod::kIpopt},
+                                                                {"ddp", std::nullopt}});
   task.by_ddp = !method;
   options.method = method.value_or(NlpMethod::kRiccati);
   options.tolerance =

@@ -29,9 +29,11 @@ HessianKind hessian_from(const std::string& word) {
 }
 
 NlpMethod method_from(const std::string& word) {
-  if (word == "ipopt") return NlpMethod::kIpopt;
-  if (word == "riccati") return NlpMethod::kRiccati;
-  throw ArgumentError("solve: method: expected \"ipopt\" or \"riccati\", got \"" + word + "\"");
+  for (const NlpMethod method : {NlpMethod::kAutomatic, NlpMethod::kRiccati, NlpMethod::kIpopt}) {
+    if (word == to_string(method)) return method;
+  }
+  throw ArgumentError("solve: method: expected \"automatic\", \"riccati\" or \"ipopt\", got \"" + word +
+                      "\"");
 }
 
 std::string words_of(const IterationRecord& now) {
@@ -243,8 +245,8 @@ void bind_found(nb::class_<ProblemSolution>& type) {
       .def_prop_ro("attempts", attempts, nb::sig("def attempts(self) -> list[dict[str, Any]]"),
                    "A dict a start of the solver on the last mesh: method, start, iterations, status, cost.")
       .def_prop_ro(
-          "method", [](const S& s) { return to_string(s.solution->nlp.attempts.back().method); },
-          "That found the motion.")
+          "method", [](const S& s) { return to_string(s.solution->nlp.method); },
+          "The method that found the motion: \"riccati\" or \"ipopt\".")
       .def_prop_ro("multipliers", multipliers, nb::sig("def multipliers(self) -> dict[str, Array]"),
                    "Of the last program: rows (constraints,), lower and upper (variables,), of the bounds; "
                    "in the program's order, "
@@ -290,25 +292,27 @@ void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem)
   bind_problem_sensitivities(module, type);
   problem.def(
       "solve", solve_problem, nb::arg("intervals") = nb::none(), nb::kw_only(),
-      nb::arg("scheme") = nb::none(), nb::arg("hessian") = "exact", nb::arg("method") = "ipopt",
+      nb::arg("scheme") = nb::none(), nb::arg("hessian") = "exact", nb::arg("method") = "automatic",
       nb::arg("refine") = nb::none(), nb::arg("tolerance") = 1e-8, nb::arg("max_iterations") = 3000,
       nb::arg("compile") = true, nb::arg("progress") = nb::none(),
       nb::sig("def solve(self, intervals: int | None = None, *, scheme: str | None = None, hessian: str = "
-              "'exact', method: str = 'ipopt', refine: bool | None = None, tolerance: float = 1e-08, "
+              "'exact', method: str = 'automatic', refine: bool | None = None, tolerance: float = 1e-08, "
               "max_iterations: int = 3000, compile: bool = True, "
               "progress: Progress = None) -> Solution"),
       "Solves and verifies.\n\n"
-      "intervals: of the mesh; None: begins with a coarse mesh and refines it until the motion is true and "
-      "the cost "
-      "does not\nchange.  refine: whether to refine; None: if intervals is None.  scheme: euler, trapezoid, "
-      "hermite-simpson, radau-3, ...;\n"
-      "None: hermite-simpson on given intervals, else radau-3, whose controls may jump at nodes.  hessian: "
-      "\"exact\", "
-      "\"gauss_newton\" or\n"
-      "\"limited_memory\".  method: \"ipopt\" or \"riccati\".  compile: machine code at once, compiled C "
-      "when "
-      "that is there; False interprets.\n"
-      "progress: is told in words how far it is.  Ctrl-C stops it.\n\n"
+      "intervals: of the mesh.  None: the first mesh is coarse; refined until the motion is true and the "
+      "cost does not change.\n"
+      "refine: whether to refine.  None: if intervals is None.\n"
+      "scheme: \"euler\", \"trapezoid\", \"hermite-simpson\", \"radau-3\", ...  None: \"hermite-simpson\" on "
+      "given intervals, otherwise\n"
+      "    \"radau-3\", whose controls may jump at nodes.\n"
+      "hessian: \"exact\", \"gauss_newton\" or \"limited_memory\".\n"
+      "method: \"riccati\" (dyntape's, stage by stage), \"ipopt\", or \"automatic\": riccati, and ipopt for "
+      "a "
+      "limited_memory Hessian.\n"
+      "    If a method gets stuck, the other one tries; `solution.method` tells which one found the motion.\n"
+      "compile: machine code at once, and compiled C as soon as it is there.  False: interprets.\n"
+      "progress: is told in words how far the solve is.  Ctrl-C stops it.\n\n"
       "Raises ArgumentError where the problem does not fit together, NumericalError where functions are not "
       "finite at\n"
       "the start.  A solve that fails is no error: see `success` and `verdict`.");

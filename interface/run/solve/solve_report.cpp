@@ -111,9 +111,11 @@ void tell_outcome(const SolveReport& report, io::Facts& facts) {
   facts.say("status", to_string(nlp.status));
   facts["status"] = to_string(nlp.status);
   facts["verdict"] = report.verdict();
-  if (nlp.is_by_other_method)
-    facts.say("found by", report.ddp ? "exact second derivatives, where Gauss-Newton got stuck"
-                                     : "the other method, where the one asked for got stuck");
+  const std::string method = report.ddp ? "ddp" : to_string(nlp.method);
+  facts.say("method", method + (!nlp.is_by_other_method ? ""
+                                : report.ddp ? ", by exact second derivatives after Gauss-Newton got stuck"
+                                             : ", after the other method got stuck"));
+  facts["method"] = method;
   facts.say("iterations", std::to_string(nlp.iterations()));
   facts["iterations"] = nlp.iterations();
   facts["by_other_method"] = nlp.is_by_other_method;
