@@ -217,7 +217,7 @@ class TierBuilder {
   }
 
   void go_on() const {
-    if (stop_.stop_requested()) throw ToolError("the compiler was told to stop");
+    if (stop_.stop_requested()) throw ToolError("the compiler was interrupted");
   }
 
   void serve(Tier tier, Product made) {

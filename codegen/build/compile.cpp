@@ -70,7 +70,7 @@ bool is_no_fault_of_the_text(const Outcome& outcome) {
 std::string reason_of(const Outcome& outcome, const CodegenOptions& options) {
   if (outcome.status == Outcome::kTimedOut)
     return "was ended after " + std::to_string(static_cast<long>(options.compile_seconds)) + " s";
-  if (outcome.status == Outcome::kStopped) return "was told to stop";
+  if (outcome.status == Outcome::kStopped) return "was interrupted";
   if (outcome.status == Outcome::kNotStarted) return "could not be run";
   if (outcome.status == Outcome::kUnknown) return "made nothing";
   if (mentions_any(outcome.output, {"cannot find -lsleef", "unable to find library -lsleef"}))

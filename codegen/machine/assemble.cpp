@@ -95,7 +95,7 @@ class Assembly {
 
   void go_on() const {
     if (options_.stop.stop_requested())
-      throw ToolError("the machine code of \"" + function_.name + "\" was told to stop");
+      throw ToolError("the machine code of \"" + function_.name + "\" was interrupted");
   }
 
   // --- what is known before the first instruction ---

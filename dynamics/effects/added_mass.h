@@ -24,13 +24,13 @@ struct AddedBody : AddedInertia<T> {
   static void visit_parameters(Self& self, Visit&& visit) {
     visit(ParameterInfo{.name = "mass",
                         .unit = "kg",
-                        .what = "carried along each axis of the frame",
+                        .what = "added mass along each axis of the frame",
                         .least = 0,
                         .fallback = 0},
           self.mass);
     visit(ParameterInfo{.name = "inertia",
                         .unit = "kg m^2",
-                        .what = "carried about each axis of the frame",
+                        .what = "added inertia about each axis of the frame",
                         .least = 0,
                         .fallback = 0},
           self.inertia);

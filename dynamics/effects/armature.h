@@ -31,18 +31,19 @@ struct Armature {
   static void visit_parameters(Self& self, Visit&& visit) {
     visit(ParameterInfo{.name = "inertia",
                         .unit = "kg m^2 or kg",
-                        .what = "inertia of the motors about their joints",
+                        .what = "inertia of the motors, as felt at the joints",
                         .least = 0,
                         .fallback = 0,
                         .of_robot = model_armature<double>},
           self.inertia);
     visit(ParameterInfo{.name = "rotor_inertia",
                         .unit = "kg m^2",
-                        .what = "inertia of the rotors about their own axes",
+                        .what = "inertia of the rotors about their own axes; needs gear_ratio",
                         .least = 0},
           self.rotor_inertia);
-    visit(ParameterInfo{.name = "gear_ratio", .unit = "1", .what = "turns of a rotor for one of its joint"},
-          self.gear_ratio);
+    visit(
+        ParameterInfo{.name = "gear_ratio", .unit = "1", .what = "turns of the rotor per turn of the joint"},
+        self.gear_ratio);
   }
   const char* missing() const {
     if (rotor_inertia.has_value() == gear_ratio.has_value()) return nullptr;

@@ -24,17 +24,22 @@ struct BackEmf {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(ParameterInfo{.name = "torque_constant", .unit = "N m/A", .what = "torque a current", .least = 0},
+    visit(ParameterInfo{.name = "torque_constant", .unit = "N m/A", .what = "torque per current", .least = 0},
           self.torque_constant);
-    visit(ParameterInfo{.name = "voltage_constant", .unit = "V s/rad", .what = "voltage a speed", .least = 0},
+    visit(ParameterInfo{.name = "voltage_constant",
+                        .unit = "V s/rad",
+                        .what = "voltage per speed of the motor",
+                        .least = 0},
           self.voltage_constant);
-    visit(
-        ParameterInfo{
-            .name = "resistance", .unit = "ohm", .what = "of the windings", .least = 0, .above = true},
-        self.resistance);
+    visit(ParameterInfo{.name = "resistance",
+                        .unit = "ohm",
+                        .what = "resistance of the windings",
+                        .least = 0,
+                        .above = true},
+          self.resistance);
     visit(ParameterInfo{.name = "gear_ratio",
                         .unit = "1",
-                        .what = "turns of a motor for one of its joint",
+                        .what = "turns of the motor per turn of the joint",
                         .fallback = 1},
           self.gear_ratio);
   }

@@ -22,7 +22,7 @@ struct Buoy {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(ParameterInfo{.name = "volume", .unit = "m^3", .what = "of what it displaces", .least = 0},
+    visit(ParameterInfo{.name = "volume", .unit = "m^3", .what = "displaced volume", .least = 0},
           self.volume);
   }
 };
@@ -37,13 +37,15 @@ struct Buoyancy : EffectList<Buoy<T>> {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(
-        ParameterInfo{
-            .name = "density", .unit = "kg/m^3", .what = "of the water", .least = 0, .fallback = 1000},
-        self.density);
+    visit(ParameterInfo{.name = "density",
+                        .unit = "kg/m^3",
+                        .what = "density of the water",
+                        .least = 0,
+                        .fallback = 1000},
+          self.density);
     visit(ParameterInfo{.name = "gravity",
                         .unit = "m/s^2",
-                        .what = "that makes the pressure, along -z",
+                        .what = "acceleration of free fall that causes the pressure, along -z",
                         .least = 0,
                         .fallback = 9.81},
           self.gravity);

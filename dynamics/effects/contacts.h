@@ -48,26 +48,36 @@ struct ContactBody {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(
-        ParameterInfo{
-            .name = "radius", .unit = "m", .what = "of the sphere, 0: a point", .least = 0, .fallback = 0},
-        self.radius);
-    visit(ParameterInfo{.name = "second_end", .unit = "m", .what = "of a capsule, in its frame"},
+    visit(ParameterInfo{.name = "radius",
+                        .unit = "m",
+                        .what = "radius of the sphere; 0: a point",
+                        .least = 0,
+                        .fallback = 0},
+          self.radius);
+    visit(ParameterInfo{.name = "second_end",
+                        .unit = "m",
+                        .what = "centre of the other end of a capsule, in the link's axes"},
           self.second_end);
-    visit(ParameterInfo{.name = "stiffness", .unit = "N/m^exponent", .what = "normal force", .least = 0},
+    visit(ParameterInfo{.name = "stiffness",
+                        .unit = "N/m^exponent",
+                        .what = "coefficient of the normal force: force = stiffness * penetration^exponent",
+                        .least = 0},
           self.stiffness);
-    visit(
-        ParameterInfo{
-            .name = "exponent", .unit = "1", .what = "power of the penetration", .choices = "1 1.5 2"},
-        self.exponent);
+    visit(ParameterInfo{.name = "exponent",
+                        .unit = "1",
+                        .what = "exponent of the penetration in the normal force",
+                        .choices = "1 1.5 2"},
+          self.exponent);
     visit(ParameterInfo{.name = "dissipation",
                         .unit = "s/m",
-                        .what = "part of the force a speed of approach",
+                        .what = "damping: the force grows by this fraction per speed of approach",
                         .least = 0,
                         .fallback = 0},
           self.dissipation);
-    visit(ParameterInfo{.name = "friction", .unit = "1", .what = "coefficient", .least = 0, .fallback = 0},
-          self.friction);
+    visit(
+        ParameterInfo{
+            .name = "friction", .unit = "1", .what = "friction coefficient", .least = 0, .fallback = 0},
+        self.friction);
   }
 };
 
@@ -99,7 +109,7 @@ struct Contacts : EffectList<ContactBody<T>> {
     Ground<T>::visit_parameters(self.ground, visit);
     visit(ParameterInfo{.name = "slip",
                         .unit = "m/s",
-                        .what = "speed over which friction builds up",
+                        .what = "sliding speed at which friction nearly reaches its full force",
                         .least = 0,
                         .above = true,
                         .fallback = 1e-3},

@@ -26,7 +26,7 @@ struct Damping {
   static void visit_parameters(Self& self, Visit&& visit) {
     visit(ParameterInfo{.name = "coefficient",
                         .unit = "N m s/rad or N s/m",
-                        .what = "torque against the velocity",
+                        .what = "torque per velocity, against the motion",
                         .least = 0,
                         .fallback = 0,
                         .of_robot = model_damping<double>},

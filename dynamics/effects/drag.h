@@ -27,12 +27,15 @@ struct DragBody {
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
     visit(
-        ParameterInfo{
-            .name = "area", .unit = "m^2", .what = "drag coefficient times area", .least = 0, .fallback = 0},
+        ParameterInfo{.name = "area",
+                      .unit = "m^2",
+                      .what = "drag coefficient times area, for drag that grows with the square of the speed",
+                      .least = 0,
+                      .fallback = 0},
         self.area);
     visit(ParameterInfo{.name = "linear",
                         .unit = "N s/m",
-                        .what = "drag that grows with the velocity",
+                        .what = "force per velocity, for drag that grows with the speed",
                         .least = 0,
                         .fallback = 0},
           self.linear);
@@ -51,15 +54,20 @@ struct Drag : EffectList<DragBody<T>> {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(ParameterInfo{.name = "medium", .unit = "m/s", .what = "its velocity in the world", .fallback = 0},
+    visit(ParameterInfo{.name = "medium",
+                        .unit = "m/s",
+                        .what = "velocity of the medium in the world: wind or current",
+                        .fallback = 0},
           self.medium);
-    visit(
-        ParameterInfo{
-            .name = "density", .unit = "kg/m^3", .what = "of the medium", .least = 0, .fallback = 1.2},
-        self.density);
+    visit(ParameterInfo{.name = "density",
+                        .unit = "kg/m^3",
+                        .what = "density of the medium",
+                        .least = 0,
+                        .fallback = 1.2},
+          self.density);
     visit(ParameterInfo{.name = "smoothing",
                         .unit = "m/s",
-                        .what = "speed that is added to the square of the speed",
+                        .what = "makes drag smooth at rest: |v| is sqrt(v^2 + smoothing^2)",
                         .least = 0,
                         .above = true,
                         .fallback = 1e-3},

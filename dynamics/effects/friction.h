@@ -31,25 +31,25 @@ struct CoulombFriction {
   static void visit_parameters(Self& self, Visit&& visit) {
     visit(ParameterInfo{.name = "torque",
                         .unit = "N m or N",
-                        .what = "sliding friction",
+                        .what = "friction torque while the joint moves",
                         .least = 0,
                         .fallback = 0,
                         .of_robot = model_friction<double>},
           self.torque);
     visit(ParameterInfo{.name = "smoothing",
                         .unit = "rad/s or m/s",
-                        .what = "velocity within which friction grows to its full torque",
+                        .what = "velocity at which friction nearly reaches its full torque",
                         .least = 0,
                         .above = true},
           self.smoothing);
     visit(ParameterInfo{.name = "breakaway",
                         .unit = "N m or N",
-                        .what = "friction on the point of sliding; with stribeck_speed",
+                        .what = "friction torque just before the joint moves; needs stribeck_speed",
                         .least = 0},
           self.breakaway);
     visit(ParameterInfo{.name = "stribeck_speed",
                         .unit = "rad/s or m/s",
-                        .what = "velocity over which friction falls from breakaway to sliding",
+                        .what = "velocity over which friction decreases from breakaway to torque",
                         .least = 0,
                         .above = true},
           self.stribeck_speed);

@@ -43,20 +43,27 @@ struct Ground {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(ParameterInfo{.name = "ground", .unit = "", .what = "its form", .choices = "plane waves"},
-          self.kind);
+    visit(
+        ParameterInfo{.name = "ground", .unit = "", .what = "shape of the ground", .choices = "plane waves"},
+        self.kind);
+    visit(ParameterInfo{.name = "normal",
+                        .unit = "1",
+                        .what = "upward normal of the plane, of any length",
+                        .fallback = 0},
+          self.normal);
     visit(
         ParameterInfo{
-            .name = "normal", .unit = "1", .what = "of a plane, upwards, any length", .fallback = 0},
-        self.normal);
-    visit(ParameterInfo{.name = "offset", .unit = "m", .what = "height along the normal", .fallback = 0},
-          self.offset);
-    visit(ParameterInfo{.name = "slope", .unit = "1", .what = "of waves: rise along x and y", .fallback = 0},
-          self.slope);
-    visit(ParameterInfo{.name = "amplitude", .unit = "m", .what = "of waves", .fallback = 0}, self.amplitude);
+            .name = "offset", .unit = "m", .what = "height of the ground along the normal", .fallback = 0},
+        self.offset);
     visit(
         ParameterInfo{
-            .name = "wave", .unit = "rad/m", .what = "of waves: turns along x and y", .fallback = 0},
+            .name = "slope", .unit = "1", .what = "of waves: mean slope along x and y", .fallback = 0},
+        self.slope);
+    visit(ParameterInfo{.name = "amplitude", .unit = "m", .what = "of waves: amplitude", .fallback = 0},
+          self.amplitude);
+    visit(
+        ParameterInfo{
+            .name = "wave", .unit = "rad/m", .what = "of waves: wave number along x and y", .fallback = 0},
         self.wave);
   }
 

@@ -26,19 +26,21 @@ struct SoftLimits {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(
-        ParameterInfo{
-            .name = "stiffness", .unit = "N m/rad or N/m", .what = "of the stops", .least = 0, .above = true},
-        self.stiffness);
+    visit(ParameterInfo{.name = "stiffness",
+                        .unit = "N m/rad or N/m",
+                        .what = "stiffness of the stops",
+                        .least = 0,
+                        .above = true},
+          self.stiffness);
     visit(ParameterInfo{.name = "damping",
                         .unit = "N m s/rad or N s/m",
-                        .what = "of the stops, as it is at the limit",
+                        .what = "damping of the stops at the limit",
                         .least = 0,
                         .fallback = 0},
           self.damping);
     visit(ParameterInfo{.name = "margin",
                         .unit = "rad or m",
-                        .what = "how far before its limit a stop begins",
+                        .what = "distance before the limit at which the stop begins to push",
                         .least = 0,
                         .above = true},
           self.margin);

@@ -29,14 +29,17 @@ struct Saturation {
   static void visit_parameters(Self& self, Visit&& visit) {
     visit(ParameterInfo{.name = "limit",
                         .unit = "N m or N",
-                        .what = "most that a motor gives",
+                        .what = "largest torque of the motor",
                         .least = 0,
                         .most = std::numeric_limits<double>::infinity(),
                         .above = true,
                         .fallback = std::numeric_limits<double>::infinity(),
                         .of_robot = model_effort<double>},
           self.limit);
-    visit(ParameterInfo{.name = "kind", .unit = "", .what = "how it is cut", .choices = "hard smooth"},
+    visit(ParameterInfo{.name = "kind",
+                        .unit = "",
+                        .what = "how the torque is limited: hard: exactly; smooth: with a smooth transition",
+                        .choices = "hard smooth"},
           self.kind);
   }
   void drive(const Model<T>& model, EffectTorques<T>& torques) const {

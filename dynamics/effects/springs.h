@@ -22,11 +22,12 @@ struct Springs {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(ParameterInfo{.name = "stiffness", .unit = "N m/rad or N/m", .what = "torque an angle", .least = 0},
-          self.stiffness);
+    visit(
+        ParameterInfo{.name = "stiffness", .unit = "N m/rad or N/m", .what = "torque per angle", .least = 0},
+        self.stiffness);
     visit(ParameterInfo{.name = "rest",
                         .unit = "rad or m",
-                        .what = "where the spring is at rest",
+                        .what = "position at which the spring is at rest",
                         .fallback = 0,
                         .length = Length::kConfiguration},
           self.rest);

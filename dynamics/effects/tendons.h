@@ -35,27 +35,39 @@ struct Tendon {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(
-        ParameterInfo{.name = "arms", .unit = "m/rad or 1", .what = "length a joint takes up", .fallback = 0},
-        self.arms);
-    visit(ParameterInfo{.name = "length", .unit = "m", .what = "at zero coordinates", .fallback = 0},
+    visit(ParameterInfo{.name = "arms",
+                        .unit = "m/rad or 1",
+                        .what = "lever arm: change of the tendon's length per joint coordinate",
+                        .fallback = 0},
+          self.arms);
+    visit(ParameterInfo{.name = "length",
+                        .unit = "m",
+                        .what = "length of the tendon when all coordinates are zero",
+                        .fallback = 0},
           self.length);
-    visit(ParameterInfo{.name = "rest_length", .unit = "m", .what = "without force", .fallback = 0},
+    visit(ParameterInfo{.name = "rest_length",
+                        .unit = "m",
+                        .what = "length at which the tendon has no force",
+                        .fallback = 0},
           self.rest_length);
     visit(
         ParameterInfo{
-            .name = "stiffness", .unit = "N/m", .what = "force an elongation", .least = 0, .above = true},
+            .name = "stiffness", .unit = "N/m", .what = "force per elongation", .least = 0, .above = true},
         self.stiffness);
-    visit(
-        ParameterInfo{.name = "damping", .unit = "N s/m", .what = "force a rate", .least = 0, .fallback = 0},
-        self.damping);
-    visit(
-        ParameterInfo{
-            .name = "kind", .unit = "", .what = "whether it pushes", .choices = "both_ways tension"},
-        self.kind);
+    visit(ParameterInfo{.name = "damping",
+                        .unit = "N s/m",
+                        .what = "force per rate of elongation",
+                        .least = 0,
+                        .fallback = 0},
+          self.damping);
+    visit(ParameterInfo{.name = "kind",
+                        .unit = "",
+                        .what = "both_ways: pulls and pushes; tension: pulls only",
+                        .choices = "both_ways tension"},
+          self.kind);
     visit(ParameterInfo{.name = "slack",
                         .unit = "m",
-                        .what = "elongation over which tension builds up",
+                        .what = "of tension: elongation over which the force sets in smoothly",
                         .least = 0,
                         .above = true,
                         .fallback = 1e-3},

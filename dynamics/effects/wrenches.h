@@ -36,13 +36,17 @@ struct Wrench {
 
   template <class Self, class Visit>
   static void visit_parameters(Self& self, Visit&& visit) {
-    visit(
-        ParameterInfo{.name = "fixed_in", .unit = "", .what = "what it turns with", .choices = "body world"},
-        self.fixed_in);
-    visit(ParameterInfo{.name = "force", .unit = "N", .what = "at the frame's origin", .fallback = 0},
+    visit(ParameterInfo{.name = "fixed_in",
+                        .unit = "",
+                        .what = "axes of force and moment: the link's, or the world's",
+                        .choices = "body world"},
+          self.fixed_in);
+    visit(ParameterInfo{.name = "force", .unit = "N", .what = "force at the link's origin", .fallback = 0},
           self.value.linear);
-    visit(ParameterInfo{.name = "moment", .unit = "N m", .what = "about the frame's origin", .fallback = 0},
-          self.value.angular);
+    visit(
+        ParameterInfo{
+            .name = "moment", .unit = "N m", .what = "moment about the link's origin", .fallback = 0},
+        self.value.angular);
   }
   template <class S>
   Wrench<S> cast() const {

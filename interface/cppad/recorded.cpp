@@ -26,7 +26,7 @@ void check_length(const Tape<Base>& tape) {
   if (tape.begin.abort_op_index == 0) return;
   if (tape.graph.size() > tape.begin.abort_op_index)
     refuse_recording("Independent: operation " + std::to_string(tape.begin.abort_op_index) +
-                     ", at which the recording" + begun_at(tape.begin) + " was told to stop, is reached");
+                     ", at which the recording" + begun_at(tape.begin) + " was interrupted, is reached");
 }
 
 // Of the nodes up to the last one; those that are there are known.

@@ -40,7 +40,7 @@ void check_file_kind(std::string_view text, const std::string& path, FileKind wa
     }
   }
   if (!found || found == asked) return;
-  throw FileError(path + ": this is " + found->name + " ('" + block + "' stands in it), not " + asked->name +
+  throw FileError(path + ": this is " + found->name + " ('" + block + "' is in it), not " + asked->name +
                   "; " + found->command + " takes it");
 }
 

@@ -80,7 +80,7 @@ Eigen::VectorXd read_joint_values(Section& section, const std::string& key,
                                   const io::Range& range, const std::vector<std::string>& open) {
   if (!model) {
     const std::string text = fallback ? io::shortest(*fallback) : "";
-    section.defer(key, "a number a joint", fallback ? text.c_str() : nullptr);
+    section.defer(key, "a number per joint", fallback ? text.c_str() : nullptr);
     return {};
   }
   const std::vector<std::string> names = single_joint_names(*model);

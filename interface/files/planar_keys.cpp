@@ -27,12 +27,14 @@ Vector2d read_pair(Section& block, const std::string& key, const io::Range& rang
 
 PlanarState read_planar_state(Section& block) {
   PlanarState state;
-  state.joint = block.about("its name; absent: the only one").get_or("joint", "");
-  state.position = read_pair(block.about("along x and y of its plane [m]"), "position", metres());
-  state.turn = block.about("about the plane's normal [rad]").get_or("angle", 0.0, plain_numbers());
-  state.velocity = read_pair(block.about("in its own axes, which turn [m/s]"), "velocity", plain_numbers());
-  state.turn_rate =
-      block.about("about the plane's normal [rad/s]").get_or("angular_velocity", 0.0, plain_numbers());
+  state.joint = block.about("name of the joint; absent: the only planar joint").get_or("joint", "");
+  state.position =
+      read_pair(block.about("position along x and y of the joint's plane [m]"), "position", metres());
+  state.turn = block.about("angle about the plane's normal [rad]").get_or("angle", 0.0, plain_numbers());
+  state.velocity =
+      read_pair(block.about("velocity in the moving axes of the joint [m/s]"), "velocity", plain_numbers());
+  state.turn_rate = block.about("angular velocity about the plane's normal [rad/s]")
+                        .get_or("angular_velocity", 0.0, plain_numbers());
   return state;
 }
 

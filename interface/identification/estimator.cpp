@@ -82,7 +82,7 @@ Identification identify(const Model<double>& model, const BaseParameters& base, 
                          static_cast<double>(base.nv(model));  // of each joint, on average
   if (!(freedom > 0))
     throw ArgumentError("identify: " + std::to_string(samples.count()) +
-                        " samples leave no residual to tell the noise from");
+                        " samples leave no residual from which the noise could be estimated");
   VectorXd sigma = (left.rowwise().squaredNorm() / freedom).cwiseSqrt();
   // Torques without noise: rounding is what is left, and no joint must weigh infinitely.
   const double least = 1e-12 * std::max(samples.tau.cwiseAbs().maxCoeff(), 1e-300);

@@ -141,8 +141,8 @@ void bind_one_solution(nb::module_& module) {
           "(N + 1, states), the gradient of the cost to go by the state.")
       .def_ro("cost", &S::cost, "What was minimised.")
       .def_prop_ro("success", &S::success,
-                   "Whether it converged to a minimum, the motion is what its controls do, and its cost is "
-                   "what the steps add up.")
+                   "True if it converged to a minimum, the controls reproduce the motion, and the cost is "
+                   "the sum over the steps.")
       .def_prop_ro(
           "status", [](const S& s) { return to_string(s.status); }, "How the solver ended.")
       .def_prop_ro(

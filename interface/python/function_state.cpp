@@ -46,8 +46,9 @@ FunctionState state_of(const RecordedFunction& f) {
   std::vector<std::uint32_t> nodes;
   for (const Node& node : graph.nodes()) {
     if (!is_table_op(node.op) && node.op != Op::Const && node.op != Op::Input) {
-      throw ArgumentError("\"" + function.name +
-                          "\" calls a kernel, which cannot be pickled; pickle what it is recorded of");
+      throw ArgumentError(
+          "\"" + function.name +
+          "\" calls a kernel, which cannot be pickled; pickle the functions of which it is made");
     }
     const auto [place, is_new] = places.try_emplace(node.op, static_cast<std::uint32_t>(operators.size()));
     if (is_new) operators.emplace_back(info(node.op).name);
@@ -126,9 +127,8 @@ void restore(RecordedFunction& f, const FunctionState& state) {
 
 void bind_function_state(nb::class_<RecordedFunction>& f) {
   f.def("__getstate__", state_of, nb::sig("def __getstate__(self) -> tuple[Any, ...]"),
-        "Its statements, for pickle.  Dynamics of robots inside become statements like others: values keep "
-        "their bits,\n"
-        "derivatives are those of the statements.");
+        "The statements of the graph, for pickle.  Dynamics of robots inside become statements like others: "
+        "values keep their bits,\nderivatives are those of the statements.");
   f.def("__setstate__", restore, nb::sig("def __setstate__(self, state: tuple[Any, ...], /) -> None"));
 }
 

@@ -54,7 +54,7 @@ nb::object array_of_vector(const Eigen::VectorXd& values) { return copy_of(value
 void bind_identification(nb::module_& module) {
   using I = PythonIdentification;
   nb::class_<I>(module, "Identification",
-                "What torques tell of a robot's masses: its base parameters, and how well.")
+                "The inertial parameters that torques determine (base parameters), and their errors.")
       .def_prop_ro(
           "names", [](const I& i) { return i.base.names; }, "Which combination of parameters each is.")
       .def_prop_ro(

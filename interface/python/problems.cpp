@@ -112,7 +112,7 @@ void set_end(const P& p, Problem& problem, SetEnd set, const VectorXd& q, const 
 
 void check_robot(const P& p, const char* what) {
   if (!p.is_robot)
-    throw ArgumentError(std::string(what) + ": it is of a robot's problem; set start and goal");
+    throw ArgumentError(std::string(what) + ": only for a robot's problem; set start and goal");
 }
 
 void start_at_state(P& p, nb::handle q, nb::handle v) {

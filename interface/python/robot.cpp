@@ -415,8 +415,8 @@ void bind_robot(nb::module_& module) {
          double snap, bool accept) {
         return robot_of(text, name, {base, all(lock), mimic, gravity, continuous, root, snap, accept});
       },
-      "The same of the text of a URDF file; `name` stands for the file in messages, and meshes are looked "
-      "for beside it.",
+      "Loads a robot from the text of a URDF file.  `name` is the file's name in messages; meshes are "
+      "searched relative to it.",
       nb::arg("text"), nb::arg("name") = "robot.urdf");
 }
 

@@ -137,7 +137,8 @@ void bind_scene(nb::module_& module) {
           "What is recorded: the effects that act and what each costs, and how accurate the motion would be.")
       .def("simulate", simulated, nb::kw_only(), nb::arg("progress") = nb::none(),
            nb::sig("def simulate(self, *, progress: Progress = None) -> Simulation"),
-           "The motion from the start.  progress: is told in words how far it is.  Ctrl-C stops it.")
+           "Simulates from the start.  progress: is called with a sentence about the progress.  Ctrl-C stops "
+           "it.")
       .def("__repr__", summary);
   bind_rollouts(scene);
 }
@@ -204,13 +205,16 @@ void bind_scenes(nb::module_& module) {
       nb::arg("progress") = nb::none(),
       nb::sig("def simulate(scene: str | os.PathLike[str] | Scene, *, set: Mapping[str, Any] | None = None, "
               "progress: Progress = None) -> Simulation"),
-      "The motion of a scene file or Scene.\n\n"
-      "set: values in place of what the file says, by key path: {\"simulation.duration\": 2, "
-      "\"effects.gravity\": \"off\"}.\n"
-      "progress: is told in words how far it is, `print` for one; True shows a line.  Ctrl-C stops it.\n\n"
-      "Raises FileError for what is wrong in the file.  A motion that ends ahead of its time is no error: "
-      "see "
-      "`success`,\n`verdict`, `trouble`.");
+      "The motion of a scene file or Scene.\n"
+      "\n"
+      "set: values for keys of the file, by key path: {\"simulation.duration\": 2, \"effects.gravity\": "
+      "\"off\"}.\n"
+      "progress: a function that gets sentences about the progress, e.g. `print`; True shows a line.  Ctrl-C "
+      "stops it.\n"
+      "\n"
+      "Raises FileError for mistakes in the file.  A motion that ends ahead of its time is no error: see "
+      "`success`,\n"
+      "`verdict`, `trouble`.");
 }
 
 }  // namespace dyntape::python

@@ -49,11 +49,13 @@ void bind_sweeps(nb::module_& module) {
       nb::sig("def sweep(file: str | os.PathLike[str], output: str | os.PathLike[str], *, "
               "set: Mapping[str, Any] | None = None, restart: bool = False, progress: Progress = None) -> "
               "dict[str, Array]"),
-      "A scene with many values of some of its numbers; returns the columns of sweep.csv by name.\n\n"
-      "output: the folder for the results.  What is finished is on disk at once: the same call goes on where "
-      "an\n"
-      "earlier one was ended, Ctrl-C included.  restart: begins anew.  progress: is told how far it is.\n\n"
-      "Raises FileError for what is wrong in the file, and for a folder with another sweep.");
+      "A scene with many values of some of its numbers; returns the columns of sweep.csv by name.\n"
+      "\n"
+      "output: the folder for the results.  Finished samples are on disk at once: repeat the call to\n"
+      "continue an interrupted sweep, also after Ctrl-C.  restart: begins anew.  progress: is told how far "
+      "it is.\n"
+      "\n"
+      "Raises FileError for mistakes in the file, and for a folder with another sweep.");
 }
 
 }  // namespace dyntape::python

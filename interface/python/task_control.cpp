@@ -66,9 +66,12 @@ void bind_task_control(nb::module_& module) {
       nb::arg("progress") = nb::none(),
       nb::sig("def control(task: str | os.PathLike[str], *, set: Mapping[str, Any] | None = None, "
               "progress: Progress = None) -> ClosedLoop"),
-      "A task file with a block `mpc` as a controller, in closed loop with its own model.\n\n"
-      "set: values in place of what the file says.  progress: is told the time.  Ctrl-C stops it.\n\n"
-      "Raises FileError for what is wrong in the file, ArgumentError for a task without costs of tracking.");
+      "A task file with a block `mpc` as a controller, in closed loop with its own model.\n"
+      "\n"
+      "set: values for keys of the file, by key path.  progress: a function that gets sentences about the "
+      "progress.  Ctrl-C stops it.\n"
+      "\n"
+      "Raises FileError for mistakes in the file, ArgumentError for a task without costs of tracking.");
 }
 
 }  // namespace dyntape::python

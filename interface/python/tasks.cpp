@@ -128,7 +128,8 @@ void bind_task(nb::module_& module) {
           "nothing.")
       .def("solve", solved, nb::kw_only(), nb::arg("progress") = nb::none(),
            nb::sig("def solve(self, *, progress: Progress = None) -> TaskSolution"),
-           "Solves and verifies.  progress: is told in words how far it is.  Ctrl-C stops it.")
+           "Solves and verifies.  progress: a function that gets sentences about the progress.  Ctrl-C stops "
+           "it.")
       .def("__repr__", [](const T& t) {
         return "<dyntape.Task \"" + t.task.name + "\": robot \"" + t.task.scene.model.name + "\", " +
                std::to_string(t.task.problem.n_x()) + " states, " + std::to_string(t.task.problem.n_u()) +
@@ -146,10 +147,13 @@ void bind_tasks(nb::module_& module) {
       nb::arg("progress") = nb::none(),
       nb::sig("def solve(task: str | os.PathLike[str] | Task, *, set: Mapping[str, Any] | None = None, "
               "progress: Progress = None) -> TaskSolution"),
-      "Solves a task file or Task and verifies the motion.\n\n"
-      "set: values in place of what the file says, by key path: {\"horizon.intervals\": 60}.\n"
-      "progress: is told in words how far it is, `print` for one; True shows a line.  Ctrl-C stops it.\n\n"
-      "Raises FileError for what is wrong in the file.  A solve that fails is no error: see `success` and\n"
+      "Solves a task file or Task and verifies the motion.\n"
+      "\n"
+      "set: values for keys of the file, by key path: {\"horizon.intervals\": 60}.\n"
+      "progress: a function that gets sentences about the progress, e.g. `print`; True shows a line.  Ctrl-C "
+      "stops it.\n"
+      "\n"
+      "Raises FileError for mistakes in the file.  A solve that fails is no error: see `success` and\n"
       "`verdict`.");
 }
 

@@ -170,7 +170,7 @@ std::string SweepReport::verdict() const {
   const std::string all = io::with_groups(sweep.rows()) + " samples";
   if (outcome.was_stopped) {
     return "stopped after " + io::with_groups(outcome.rows) + " of " + all +
-           "; the same command goes on from there";
+           "; repeat the command to continue";
   }
   std::string text = all;
   if (outcome.was_finished) text += ", finished by an earlier run";

@@ -98,20 +98,19 @@ TEST_F(DdpTasks, WhatTheMethodDoesNotKnowIsRefusedWhereItStands) {
   const auto expect = [](const std::string& message, const std::string& part) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
-  expect(
-      refusal("  tracking {\n    end {\n      q 1e4\n      v 1e3\n    }\n  }\n", ""),
-      "'goal' is to be met at the end, which the method ddp does not know; expected weights that draw to it");
-  expect(
-      refusal("duration  2", "duration 2\n min_duration 1\n max_duration 3"),
-      "'horizon.min_duration' is of a duration to be found, which the method ddp does not know; expected a "
-      "given one");
+  expect(refusal("  tracking {\n    end {\n      q 1e4\n      v 1e3\n    }\n  }\n", ""),
+         "'goal' is to be met at the end, which the method ddp does not support; expected weights that draw "
+         "to it");
+  expect(refusal("duration  2", "duration 2\n min_duration 1\n max_duration 3"),
+         "'horizon.min_duration' is of a duration to be found, which the method ddp does not support; "
+         "expected a given one");
   expect(refusal("solver {", "transcription {\n scheme trapezoid\n}\nsolver {"),
          "expected runge-kutta-4, which is the default, or semi-implicit-euler");
   expect(refusal("solver {", "transcription {\n dynamics inverse\n}\nsolver {"), "expected forward");
   expect(refusal("solver {", "transcription {\n hessian limited_memory\n}\nsolver {"),
          "expected exact or gauss_newton");
   expect(refusal("solver {", "bounds {\n positions robot\n}\nsolver {"),
-         "'bounds.positions' are limits of states, which the method ddp does not know; expected none");
+         "'bounds.positions' are limits of states, which the method ddp does not support; expected none");
   expect(refusal("method ddp", "method ddp\n ipopt {\n mu_init 0.1\n }"), "expected the method ipopt");
   expect(refusal("method ddp", "method dpp"), "ddp");
   expect(refusal("start {", "start {\n free pivot"),

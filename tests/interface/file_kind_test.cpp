@@ -34,13 +34,13 @@ TEST(FileKind, TheWrongReaderSaysWhoTakesIt) {
   const std::string scene = kConfig + "scenes/pendulum.info", task = kConfig + "tasks/arm_reaching.info",
                     sweep = kConfig + "sweeps/pendulum_amplitudes.info";
   EXPECT_EQ(refusal([&] { read_task(scene); }),
-            scene + ": this is a scene ('simulation' stands in it), not a task; dyntape simulate takes it");
+            scene + ": this is a scene ('simulation' is in it), not a task; dyntape simulate takes it");
   EXPECT_EQ(refusal([&] { read_scene(task); }),
-            task + ": this is a task ('goal' stands in it), not a scene; dyntape solve takes it");
+            task + ": this is a task ('goal' is in it), not a scene; dyntape solve takes it");
   EXPECT_EQ(refusal([&] { read_sweep(scene); }),
-            scene + ": this is a scene ('simulation' stands in it), not a sweep; dyntape simulate takes it");
+            scene + ": this is a scene ('simulation' is in it), not a sweep; dyntape simulate takes it");
   EXPECT_EQ(refusal([&] { read_scene(sweep); }),
-            sweep + ": this is a sweep ('vary' stands in it), not a scene; dyntape sweep takes it");
+            sweep + ": this is a sweep ('vary' is in it), not a scene; dyntape sweep takes it");
 }
 
 TEST(FileKind, WhatIsOfNoKindOrOfTwoIsLeftToItsReader) {

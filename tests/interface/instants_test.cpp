@@ -202,13 +202,11 @@ TEST(Instants, WhatHasNoneIsToldSo) {
   EXPECT_EQ(said([&] {
               discretize(p, {.nodes = {0, 0.25, 0.5, 1}, .evaluation = test::kInterpreted});
             }),
-            "problem \"block move\": the term \"via\" stands at 0.3 of the duration, where the mesh has no "
-            "node; expected "
-            "one, and the nearest is at 0.25 of the duration");
+            "problem \"block move\": the term \"via\" is at 0.3 of the duration, where the mesh has no node; "
+            "expected one, and the nearest is at 0.25 of the duration");
   EXPECT_EQ(said([&] { node_times(p, {.intervals = 1}); }),
-            "problem \"block move\": terms stand at 1 instants between start and end, and the mesh has 1 "
-            "intervals; "
-            "expected 2 at least");
+            "problem \"block move\": terms are at 1 instants between start and end, and the mesh has 1 "
+            "intervals; expected 2 at least");
   EXPECT_NE(said([] { at_fraction(1.2, path_equality("via", off(0))); }).find("expected a share from 0 to 1"),
             std::string::npos);
   EXPECT_NE(said([&] { RecedingHorizon mpc(p); }).find("recedes with the horizon and is never reached"),
@@ -219,7 +217,7 @@ TEST(Instants, WhatHasNoneIsToldSo) {
   EXPECT_NE(
       said([&] {
         solve_with_ddp(drawn, {.evaluation = test::kInterpreted});
-      }).find("the term \"via\" stands at 0.5 of the duration, which steps from stage to stage do not know"),
+      }).find("the term \"via\" is at 0.5 of the duration, which steps from stage to stage do not know"),
       std::string::npos);
 }
 

@@ -267,7 +267,7 @@ TEST(InfoText, names_what_looks_like_a_mistake) {
        "t.info:1:1: unknown directive '#title'; only #include is known, and a comment begins with ';'"},
       {"a = 1\n", "t.info:1:3: '=' would be the value"},
       {"a=1\n", "t.info:1:1: the key 'a=1' contains '='"},
-      {"a 1 2\n", "t.info:1:5: '2' follows the value of 'a' on its line; a list of numbers stands in quotes"},
+      {"a 1 2\n", "t.info:1:5: '2' follows the value of 'a' on its line; write a list of numbers in quotes"},
       {"a { b 1}\n", "t.info:1:7: the brace is part of the value '1}'"},
       {"a { b 1\n", "t.info:1:3: the block of 'a' is never closed"},
       {"a 1\n}\n", "t.info:2:1: '}' closes nothing"},

@@ -274,13 +274,13 @@ TEST_F(ClosedMotion, WhatIsWrongIsSaid) {
   EXPECT_EQ(message().find("swap"), std::string::npos) << message();
   expect(message_with("base_x 0.5", "base_y 0.5"), "unknown key 'base_y' in 'periodic.advance'");
   expect(message_with("phase step { contacts left_foot }", "phase step {\n  }"),
-         "nothing lands at the end of the motion");
-  expect(message_with("\ncosts", "\ngoal { q 0 }\ncosts"), "'goal' stands beside 'periodic'");
-  expect(message_with("start {", "start {\n  free base_x"), "'start.free' stands beside 'periodic'");
+         "no contact lands at the end of the motion");
+  expect(message_with("\ncosts", "\ngoal { q 0 }\ncosts"), "'goal' and 'periodic' both define");
+  expect(message_with("start {", "start {\n  free base_x"), "'start.free' and 'periodic' exclude");
   expect(message_with("costs { effort 1e4 }", "costs {\n effort 1e4\n tracking { q 1 }\n }"),
          "'goal.q', which the file does not give");
   expect(message_with("\ncosts", "\nsolver { method ddp }\ncosts"),
-         "'periodic' is what the method ddp does not know");
+         "'periodic' is not supported by the method ddp");
   load("five_link_walking");
   const Task task = read();
   EXPECT_NE(message_of<ArgumentError>([&] { control_task(task); }).find("goes on for ever"),

@@ -99,7 +99,7 @@ TEST(TaskSpecs, WhatDoesNotGoTogetherIsTold) {
   spec = swing_up(), spec.start = Vector3d(0, 0, 0);
   expect(spec, {"'start' has 3 entries, expected 4"});
   spec = swing_up(), spec.by_ddp = true;
-  expect(spec, {"'goal' is to be met at the end, which the method ddp does not know"});
+  expect(spec, {"'goal' is to be met at the end, which the method ddp does not support"});
   spec = swing_up(), spec.goal[0] = 7;
   expect(spec, {"task \"swing-up\": the goal of \"q.slider\" is 7, the robot's limits are -2 and 2"});
   const auto with_term = [](TermSpec term) {

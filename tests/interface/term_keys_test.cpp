@@ -290,9 +290,9 @@ TEST_F(TermKeys, AControllerRefusesWaypointsOfItsHorizonAndTakesTermsAsWhatDraws
   const ControlReport report = control_task(read());
   EXPECT_LT(report.off_end, 0.05);
   add("waypoints {\n waypoint half {\n at 0.5\n q 0.5\n }\n}");
-  EXPECT_NE(refusal().find(
-                "the term \"waypoint half\" stands at 0.5 of the duration, which recedes with the horizon"),
-            std::string::npos)
+  EXPECT_NE(
+      refusal().find("the term \"waypoint half\" is at 0.5 of the duration, which recedes with the horizon"),
+      std::string::npos)
       << refusal();
 }
 

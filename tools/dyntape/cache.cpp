@@ -180,17 +180,17 @@ void add_cache(CLI::App& app) {
   const auto add = [&](const char* name, const char* help, void (*action)(const CacheOptions&)) {
     CLI::App* sub = command->add_subcommand(name, help);
     add_path(*sub, "--folder", options->folder,
-             "the store (default: $DYNTAPE_CACHE, then the user's cache folder)", "DIR");
-    sub->add_flag("--json", options->json, "for programs");
+             "folder of the cache (default: $DYNTAPE_CACHE, then the user's cache folder)", "DIR");
+    sub->add_flag("--json", options->json, "print JSON");
     sub->callback([options, action] { action(*options); });
   };
   add("list",
       "every library: function, order, profile, size, when it was last used, key; and builds that were "
       "interrupted",
       list);
-  add("verify", "check every library against its manifest; the exit status is 0 only if all are sound",
+  add("verify", "compare every library with its manifest; the exit status is 0 only if all are intact",
       verify);
-  add("clear", "remove every library, and what interrupted and failed builds left", clear);
+  add("clear", "remove every library, and the files of interrupted and failed builds", clear);
 }
 
 }  // namespace dyntape::tools

@@ -46,9 +46,10 @@ std::string keys_of(const std::vector<io::Question>& questions, const std::strin
 
 std::string introduction(const std::string& kind) {
   return "Keys of a " + kind +
-         " file, blocks with theirs.  A number a joint is written by joint name in a block\n"
-         "(q { shoulder 0  elbow 1 }), as one quoted list in the order of the joints, or as one number for\n"
-         "all.  Required keys of a block are required where the block is there.\n";
+         " file.  Keys of a block are indented.  A key with a number per joint takes a block with joint\n"
+         "names (q { shoulder 0  elbow 1 }), a quoted list in the order of the joints, or one number for all "
+         "joints.\n"
+         "Required keys of an optional block are required if the file has the block.\n";
 }
 
 struct Found {
@@ -116,9 +117,9 @@ void add_check_config(CLI::App& app) {
   const auto show = std::make_shared<bool>(false), rename = std::make_shared<bool>(false);
   add_path(*command, "file", *file, "the task, scene or sweep, an .info file", "FILE")->required();
   add_settings(*command, *set);
-  command->add_flag("--effective", *show, "print the file as it is understood, defaults included");
+  command->add_flag("--effective", *show, "print the file with all defaults filled in");
   command->add_flag("--rename", *rename,
-                    "write the file again with the names that its keys have today, and list them");
+                    "replace old names of keys in the file by today's names, and list them");
   command->callback([file, set, show, rename] {
     const TextOfFile text(*file, *set);
     if (*rename && !set->empty())
@@ -141,9 +142,9 @@ void add_check_config(CLI::App& app) {
   command->add_flag_callback("--keys", printing("task", task_questions),
                              "print every key that a task file may have, with unit and default");
   command->add_flag_callback("--centroidal-keys", printing("centroidal", centroidal_questions),
-                             "likewise of a file with a block centroidal, for mpc");
-  command->add_flag_callback("--scene-keys", printing("scene", scene_questions), "likewise of a scene file");
-  command->add_flag_callback("--sweep-keys", printing("sweep", sweep_questions), "likewise of a sweep file");
+                             "likewise for a file with a block centroidal, for mpc");
+  command->add_flag_callback("--scene-keys", printing("scene", scene_questions), "likewise for a scene file");
+  command->add_flag_callback("--sweep-keys", printing("sweep", sweep_questions), "likewise for a sweep file");
 }
 
 }  // namespace dyntape::tools

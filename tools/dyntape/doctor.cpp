@@ -135,9 +135,9 @@ void report(const std::vector<Finding>& findings, bool json) {
 void add_doctor(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "doctor",
-      "check compiler, cache folder, processor and libraries, and the whole way from recording to library");
+      "check compiler, cache folder, processor and libraries, and record, compile and load a function");
   const auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "for programs");
+  command->add_flag("--json", *json, "print JSON");
   command->callback([json] { report(examine(), *json); });
 }
 

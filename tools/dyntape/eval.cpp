@@ -82,17 +82,15 @@ void run(const EvalOptions& options) {
 void add_eval(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "eval",
-      "evaluate a function of a robot at given states.\n"
-      "Input: a CSV file, one state a row.  Its columns are what the function takes, in any order, by number "
-      "(q0, v0, tau0) or by joint (q.elbow, v.elbow, tau.elbow).\n"
-      "Output: one row a state, matrices row by row.\n\n"
-      "The torques of a motion that solve found, and inverse dynamics in a pipe:\n"
-      "  dyntape eval arm.urdf --function rnea --route analytic --pass-over \\\n"
-      "    --input out/trajectory.csv --output torques.csv\n"
-      "  ... | dyntape eval arm.urdf --function rnea --route tape --input - --output -");
+      "evaluate a function of a robot at given states.\nInput: a CSV file with one state per row.  Its "
+      "columns are the inputs of the function, in any order, by number (q0, v0, tau0) or by joint (q.elbow, "
+      "v.elbow, tau.elbow).\nOutput: one row per state, matrices row by row.\n\nThe torques of a motion from "
+      "`dyntape solve`, and inverse dynamics in a pipe:\n  dyntape eval arm.urdf --function rnea --route "
+      "analytic --pass-over \\\n    --input out/trajectory.csv --output torques.csv\n  ... | dyntape eval "
+      "arm.urdf --function rnea --route tape --input - --output -");
   const auto options = std::make_shared<EvalOptions>();
   add_robot_options(*command, options->robot);
-  add_function_options(*command, options->function, "what to evaluate")->required();
+  add_function_options(*command, options->function, "function to evaluate")->required();
   add_choice(*command, "--route", options->route,
              "analytic: plain double code; tape: the recorded value, differentiated and interpreted; "
              "generated: compiled C; machine-code: made in this process without a compiler, the bits of "

@@ -70,14 +70,16 @@ std::string fault(const std::string& name) {
 }  // namespace
 
 CLI::Option* add_function_options(CLI::App& command, FunctionOptions& options, const std::string& purpose) {
-  command.add_option("--frame", options.frame, "for functions of a frame: its name (default: the last)")
+  command
+      .add_option("--frame", options.frame, "name of the frame, for functions of a frame (default: the last)")
       ->type_name("NAME");
   add_choice(command, "--in", options.in,
-             "in which frame: the frame itself, the world, or the world's axes at it",
+             "reference frame: the frame itself, the world, or the frame's origin with the world's axes",
              {"local", "world", "aligned"})
       ->capture_default_str();
   command
-      .add_option("--contacts", options.contacts, "frames whose origins are held (default: that of --frame)")
+      .add_option("--contacts", options.contacts,
+                  "frames whose origins are in contact (default: the frame of --frame)")
       ->delimiter(',')
       ->type_name("F1,F2");
   command.footer(table_of_functions);

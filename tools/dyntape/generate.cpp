@@ -200,14 +200,14 @@ void run(const GenerateOptions& options) {
 }  // namespace
 
 void add_generate(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "generate",
-      "write a function of a robot and its derivatives as self-contained C99, and compile it into the "
-      "cache where there is a compiler.\n"
-      "The derivatives of --order are with respect to the entries of the state (q, v, a | tau)");
+  CLI::App* command =
+      app.add_subcommand("generate",
+                         "write a function of a robot and its derivatives as self-contained C99; if there is "
+                         "a compiler, also\ncompile it into the cache.  Derivatives are with respect to the "
+                         "entries of the state (q, v, a or tau)");
   const auto options = std::make_shared<GenerateOptions>();
   add_robot_options(*command, options->robot);
-  add_function_options(*command, options->function, "what to generate")->required();
+  add_function_options(*command, options->function, "function to generate")->required();
   command->add_option("--order", options->order, "0: values; 1: and Jacobian; 2: and weighted Hessian")
       ->transform(whole_number(0, 2))
       ->type_name("0|1|2")
@@ -222,7 +222,7 @@ void add_generate(CLI::App& app) {
       "every processor (link with -lsleef)",
       {"sines", "libm", "portable"})
       ->capture_default_str();
-  add_path(*command, "--output", options->output, "where the .c and .h go", "DIR")->required();
+  add_path(*command, "--output", options->output, "folder for the .c and .h file", "DIR")->required();
   CLI::Option* const embedded = command->add_flag(
       "--embedded", options->embedded,
       "plain functions of x, p, w for a microcontroller or a program of one's own: no descriptor, heap or "
@@ -242,8 +242,8 @@ void add_generate(CLI::App& app) {
           "embedded: the gcc and flags that the stack is measured with, in one word (default: gcc -O2)")
       ->needs(embedded)
       ->type_name("\"CC FLAGS\"");
-  command->add_flag("--yes", options->yes, "go on where the C text is larger than 20 MB");
-  command->add_flag("--json", options->json, "sizes and times for programs");
+  command->add_flag("--yes", options->yes, "continue if the C text is larger than 20 MB");
+  command->add_flag("--json", options->json, "print sizes and times as JSON");
   command->callback([options] { run(*options); });
 }
 

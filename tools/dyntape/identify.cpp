@@ -179,18 +179,18 @@ void run(const IdentifyOptions& options) {
 void add_identify(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "identify",
-      "base parameters: what torques tell about masses, and with what error.\n"
-      "Alone: rank and base parameters by name.  --excite: the motion that tells most within the limits.\n"
-      "--data: estimates from measured motions, a CSV file whose columns are q, v, a and tau, in any order, "
-      "by "
-      "number (q0, v0, a0, tau0) or by joint (q.elbow, v.elbow, a.elbow, tau.elbow), as solve writes them.");
+      "identify inertial parameters: base parameters are the combinations that torques determine.\nWithout "
+      "options: prints the base parameters.\n--excite: finds the motion within the limits from which they "
+      "can be estimated best.\n--data: estimates them from a CSV file with columns q, v, a and tau, in any "
+      "order, by number (q0, v0, a0, tau0) or by joint (q.elbow, v.elbow, a.elbow, tau.elbow), as solve "
+      "writes them.");
   const auto options = std::make_shared<IdentifyOptions>();
   add_robot_options(*command, options->robot);
-  command->add_flag("--armature", options->base.columns.armature, "armatures are parameters too");
+  command->add_flag("--armature", options->base.columns.armature, "also identify armatures");
   command->add_flag(
       "--friction",
       [options](std::int64_t) { options->base.columns.viscous = options->base.columns.coulomb = true; },
-      "viscous and Coulomb friction are parameters too");
+      "also identify viscous and Coulomb friction");
   command
       ->add_option("--friction-width", options->base.columns.smoothing,
                    "W of --friction: Coulomb friction is F tanh(v / W) [rad/s or m/s]")
@@ -198,32 +198,40 @@ void add_identify(CLI::App& app) {
       ->type_name("W")
       ->capture_default_str();
   command->add_flag("--excite", options->excite,
-                    "find the most telling motion; excitation.csv, excitation.svg");
-  command->add_option("--period", options->excitation.period, "of the motion [s]")
+                    "find the motion from which the parameters can be estimated best; writes excitation.csv, "
+                    "excitation.svg");
+  command->add_option("--period", options->excitation.period, "duration of the motion [s]")
       ->check(positive_number())
       ->type_name("S")
       ->capture_default_str();
-  command->add_option("--harmonics", options->excitation.harmonics, "of each joint's Fourier series")
+  command
+      ->add_option("--harmonics", options->excitation.harmonics,
+                   "number of harmonics of each joint's Fourier series")
       ->transform(whole_number(2, 50))
       ->capture_default_str();
-  command->add_option("--samples", options->excitation.samples, "in a period, at which limits are held")
+  command
+      ->add_option("--samples", options->excitation.samples,
+                   "number of samples per period at which limits are imposed")
       ->transform(whole_number(8, 100000))
       ->capture_default_str();
-  command->add_option("--iterations", options->excitation.max_iterations, "of the optimiser, at most")
+  command
+      ->add_option("--iterations", options->excitation.max_iterations,
+                   "largest number of iterations of the optimiser")
       ->transform(whole_number(1, 1000000))
       ->capture_default_str();
-  command->add_option("--seed", options->excitation.seed, "of the random series to start from")
+  command->add_option("--seed", options->excitation.seed, "seed of the random initial series")
       ->transform(seed())
       ->capture_default_str();
   command->add_flag("--condition", options->condition,
-                    "minimise the condition number rather than the volume of uncertainty");
+                    "minimise the condition number instead of the volume of the uncertainty ellipsoid");
   command
-      ->add_option("--noise", options->noise, "standard deviation of measured torques [N m or N], for errors")
+      ->add_option("--noise", options->noise,
+                   "standard deviation of measured torques [N m or N], for the errors of the parameters")
       ->check(positive_number())
       ->capture_default_str();
-  add_path(*command, "--data", options->data, "measured samples", "samples.csv");
+  add_path(*command, "--data", options->data, "CSV file with measured samples", "samples.csv");
   add_column_options(*command, options->columns);
-  add_path(*command, "--output", options->output, "where results go", "DIR");
+  add_path(*command, "--output", options->output, "folder for the results", "DIR");
   command->callback([options] {
     if (options->condition) options->excitation.criterion = ExcitationCriterion::kCondition;
     run(*options);

@@ -184,9 +184,9 @@ void add_info(CLI::App& app) {
   const auto options = std::make_shared<RobotOptions>();
   const auto json = std::make_shared<bool>(false), verbose = std::make_shared<bool>(false);
   add_robot_options(*command, *options);
-  command->add_flag("--verbose", *verbose, "every note, also what is said of many places in the same words");
+  command->add_flag("--verbose", *verbose, "print every note, also repeated ones");
   command->add_flag("--json", *json,
-                    "for programs: nq, nv, mass, joints (name, type, idx_q, idx_v, nv, ...), frames");
+                    "print JSON: nq, nv, mass, joints (name, type, idx_q, idx_v, nv, ...), frames");
   command->callback([options, json, verbose] {
     const dynamics::UrdfRobot robot = load_robot(*options);
     if (*json) {

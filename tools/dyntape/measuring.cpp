@@ -15,10 +15,10 @@ namespace dyntape::tools {
 namespace {
 
 constexpr std::array<std::pair<const char*, const char*>, 4> kCommands = {
-    {{"advise", "how a task is best solved on this machine, to so many digits"},
-     {"bench", "measure a function of a robot on every route, beside peers"},
-     {"study", "what accuracy costs: errors and times as CSV and pictures"},
-     {"verify", "the numerical passport of a robot: routes, identities, inertia, limits"}}};
+    {{"advise", "measure which options solve a task fastest on this machine, for a required accuracy"},
+     {"bench", "measure a function of a robot by every route, and compare with Pinocchio"},
+     {"study", "studies of accuracy and cost: tables and pictures of errors and times"},
+     {"verify", "check a robot numerically: derivatives by all routes, identities, inertia, limits"}}};
 
 }  // namespace
 

@@ -70,21 +70,21 @@ void run_control(const ControlOptions& options) {
 }  // namespace
 
 void add_mpc(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("mpc",
-                                         "close the loop: plan a task's motion again and again from where "
-                                         "the simulated robot is, with the pushes\n"
-                                         "and the delay of its block mpc; record and compile once.  The exit "
-                                         "status is 0 only if every plan was usable");
+  CLI::App* command =
+      app.add_subcommand("mpc",
+                         "model predictive control: plan a task's motion again and again from the state of "
+                         "the simulated robot,\nwith the disturbances and the delay of the task's block mpc. "
+                         " The exit status is 0 only if every plan\nwas usable");
   const auto options = std::make_shared<ControlOptions>();
   add_path(*command, "task", options->task,
-           "the task, an .info file with costs.tracking (config/control/arm_holds.info) or of a robot on its "
-           "feet as one mass, with a block centroidal (config/control/solo12_pushed.info)",
+           "the task, an .info file with costs.tracking (config/control/arm_holds.info), or with a block "
+           "centroidal for a legged robot as a single mass (config/control/solo12_pushed.info)",
            "TASK.info")
       ->required();
-  add_path(*command, "--output", options->output, "where closed_loop.csv, report.json and the pictures go",
+  add_path(*command, "--output", options->output, "folder for closed_loop.csv, report.json and pictures",
            "DIR");
   add_settings(*command, options->set);
-  command->add_flag("--json", options->json, "the report for programs");
+  command->add_flag("--json", options->json, "print the report as JSON");
   command->callback([options] { run_control(*options); });
 }
 

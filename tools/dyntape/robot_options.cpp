@@ -14,14 +14,13 @@ void add_robot_options(CLI::App& command, RobotOptions& options) {
       ->type_name("J1,J2");
   command
       .add_option("--snap", options.snap,
-                  "rotations within this angle [rad] of a right one become exact; 0 reads them literally")
+                  "rotations closer than this angle [rad] to a multiple of 90 degrees are made exact; 0: off")
       ->type_name("RAD")
       ->capture_default_str();
   command.add_flag("--mimic", options.mimic,
-                   "joints with <mimic> follow their leader and have no entries of their own");
+                   "joints with <mimic> follow their leader; they have no entries in q and v");
   add_choice(command, "--inertia", options.inertia,
-             "what an inertia that no body has is (a principal moment below zero): an error, or a note of "
-             "info, and the robot is read as it is written",
+             "a physically impossible inertia (a negative principal moment) is an error, or only a warning",
              {"error", "warn"})
       ->capture_default_str();
 }
@@ -38,9 +37,9 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options) {
 
 void add_settings(CLI::App& command, std::vector<std::string>& set) {
   command
-      .add_option("--set", set,
-                  "a value in place of what the file says, or in addition; as often as there are values: "
-                  "--set effects.gravity=off --set start.q=0.5")
+      .add_option(
+          "--set", set,
+          "set a key of the file to a value; may be repeated: --set effects.gravity=off --set start.q=0.5")
       ->allow_extra_args(false)
       ->check(not_empty())
       ->type_name("KEY.PATH=VALUE");

@@ -214,26 +214,24 @@ void run(const SimulateOptions& options) {
 }  // namespace
 
 void add_simulate(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("simulate",
-                                         "the motion of a scene: record one step with the effects that the "
-                                         "scene calls for, compile it, run it,\n"
-                                         "and account for the energy.  The exit status is 0 only if the "
-                                         "motion came to its end; Ctrl-C ends with\n"
-                                         "the motion so far and status 130");
+  CLI::App* command = app.add_subcommand(
+      "simulate",
+      "simulate a scene: record one step with the effects that the scene chooses, compile and run it, "
+      "and\ncheck the energy balance.  The exit status is 0 only if the simulation reached the end; Ctrl-C "
+      "writes\nthe motion so far and exits with status 130");
   const auto options = std::make_shared<SimulateOptions>();
   add_path(*command, "scene", options->file, "the scene, an .info file (config/scenes), or a robot",
            "SCENE.info|ROBOT.urdf")
       ->required();
-  add_path(*command, "--output", options->output, "where motion.csv, report.json and the pictures go", "DIR");
-  command->add_flag("--explain", options->explain,
-                    "print the resolved scene, which effects act and what each costs, and how accurate the "
-                    "motion would be");
+  add_path(*command, "--output", options->output, "folder for motion.csv, report.json and pictures", "DIR");
   command->add_flag(
-      "--accuracy", options->accuracy,
-      "also estimate how far the end is off, and whether nearby motions part: runs the motion three "
-      "times more");
+      "--explain", options->explain,
+      "print the complete scene, the effects with their cost, and the expected accuracy; simulate nothing");
+  command->add_flag("--accuracy", options->accuracy,
+                    "also estimate the error of the final state and whether nearby motions diverge; "
+                    "simulates three more times");
   add_settings(*command, options->set);
-  command->add_flag("--json", options->json, "the report for programs");
+  command->add_flag("--json", options->json, "print the report as JSON");
   const std::string group = "Of a robot without a scene file";
   add_choice(*command, "--base", options->base,
              "fixed: the root link is the world; floating: it moves freely", {"fixed", "floating"})
@@ -245,11 +243,11 @@ void add_simulate(CLI::App& app) {
       ->group(group);
   command
       ->add_option("--q0", options->q0,
-                   "configuration at the start: all of q, or of the joints alone, or one number for these")
+                   "initial configuration: all of q, the joints only, or one number for all joints")
       ->delimiter(',')
       ->type_name("X,X,...")
       ->group(group);
-  command->add_option("--v0", options->v0, "likewise the velocity")
+  command->add_option("--v0", options->v0, "initial velocity, likewise")
       ->delimiter(',')
       ->type_name("X,X,...")
       ->group(group);
@@ -257,17 +255,17 @@ void add_simulate(CLI::App& app) {
       ->type_name("S")
       ->capture_default_str()
       ->group(group);
-  command->add_option("--step", options->step, "of the integrator [s]")
+  command->add_option("--step", options->step, "time step [s]")
       ->type_name("S")
       ->capture_default_str()
       ->group(group);
-  command->add_option("--integrator", options->integrator, "what one step is")
+  command->add_option("--integrator", options->integrator, "integration scheme")
       ->type_name("NAME")
       ->capture_default_str()
       ->group(group);
   command
       ->add_option("--effects", options->effects,
-                   "what acts, as keys of a scene's effects: gravity=off,joint_damping=0.1")
+                   "effects, as keys of the block effects of a scene: gravity=off,joint_damping=0.1")
       ->delimiter(',')
       ->type_name("KEY=VALUE,...")
       ->group(group);

@@ -130,22 +130,20 @@ void run(const SolveOptions& options) {
 void add_solve(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "solve",
-      "solve a task and verify the motion: record, derive, compile, optimise, re-simulate, draw.\n"
-      "The mesh is refined until the motion is what its controls do.  The exit status is 0 only if the "
-      "solver\n"
-      "succeeded, the constraints hold when computed anew, the re-simulated motion is true, no limit of the\n"
-      "robot is exceeded and a known optimum, where the task states one, is met; Ctrl-C ends with the best\n"
-      "motion so far and status 130, a second one at once");
+      "solve a task and verify the motion: record, derive, compile, optimise, re-simulate, draw.\nThe mesh "
+      "is refined until a simulation with the controls reproduces the motion.  The exit status is 0\nonly if "
+      "the solver succeeded, the recomputed constraints hold, the simulation agrees, no limit of the\nrobot "
+      "is exceeded, and the cost is the known optimum if the task states one.  Ctrl-C writes the "
+      "best\nmotion so far and exits with status 130; a second Ctrl-C exits at once");
   const auto options = std::make_shared<SolveOptions>();
   add_path(*command, "task", options->task, "the task, an .info file (config/tasks)", "TASK.info")
       ->required();
-  add_path(*command, "--output", options->output, "where trajectory.csv, report.json and the pictures go",
+  add_path(*command, "--output", options->output, "folder for trajectory.csv, report.json and pictures",
            "DIR");
-  command->add_flag(
-      "--explain", options->explain,
-      "print the resolved scene, which effects act and what each costs in operations; solve nothing");
+  command->add_flag("--explain", options->explain,
+                    "print the complete scene and the effects with their cost in operations; solve nothing");
   add_settings(*command, options->set);
-  command->add_flag("--json", options->json, "the report for programs");
+  command->add_flag("--json", options->json, "print the report as JSON");
   command->callback([options] { run(*options); });
 }
 

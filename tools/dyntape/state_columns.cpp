@@ -53,9 +53,9 @@ std::string expected_columns(const std::vector<std::string>& numbered,
 }  // namespace
 
 void add_column_options(CLI::App& command, ColumnOptions& options) {
-  command.add_flag("--pass-over", options.pass_over, "pass over columns that are not inputs");
+  command.add_flag("--pass-over", options.pass_over, "ignore columns that are not inputs");
   command.add_flag("--fill-zero", options.fill_zero,
-                   "inputs without a column are zero, as the torques of joints that a task does not drive");
+                   "inputs without a column are zero, e.g. torques of joints without a motor");
 }
 
 StateColumns::StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot& robot,

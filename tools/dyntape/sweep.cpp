@@ -125,26 +125,25 @@ bool is_one_of_several() {
 void add_sweep_command(CLI::App& app, const SweepSide& side) {
   CLI::App* command = app.add_subcommand(
       "sweep",
-      "a scene with many values of some of its numbers: one step is recorded and compiled with these\n"
-      "as parameters, and all samples run through it, in lanes and threads.\n"
-      "What is finished is on disk at once: the same command goes on where an earlier one was ended, by\n"
-      "whatever.  Ctrl-C ends within a second, with status 130.  Across machines: mpirun -n 7 dyntape sweep "
-      "...\n"
-      "The exit status is 0 where the sweep came to its end and not every sample failed");
+      "simulate a scene for many values of some of its numbers.  One step is compiled with these numbers\nas "
+      "parameters; the samples run in SIMD lanes and threads.\nFinished samples are on disk at once: repeat "
+      "the command to continue an interrupted sweep.  Ctrl-C\nends within a second, with status 130.  On "
+      "several machines: mpirun -n 7 dyntape sweep ...\nThe exit status is 0 if all samples were simulated "
+      "and not every one failed");
   const auto words = std::make_shared<SweepWords>();
-  add_path(*command, "sweep", words->file, "what varies, an .info file (config/sweeps)", "SWEEP.info")
+  add_path(*command, "sweep", words->file, "the sweep, an .info file (config/sweeps)", "SWEEP.info")
       ->required();
-  add_path(*command, "--output", words->output, "where sweep.csv, sweep.svg and report.json go", "DIR")
+  add_path(*command, "--output", words->output, "folder for sweep.csv, sweep.svg and report.json", "DIR")
       ->required();
   command->add_flag("--restart", words->restart,
-                    "remove what a sweep has left in DIR, and nothing else, and begin anew");
+                    "remove the files of an earlier sweep from DIR, and start again");
   command
       ->add_option("--sample", words->sample,
-                   "simulate this sample alone, with the results of simulate in DIR")
+                   "simulate this sample only, and write the results of `simulate` into DIR")
       ->transform(whole_number(0L, kMostRows))
       ->type_name("I");
   add_settings(*command, words->set);
-  command->add_flag("--json", words->json, "the report for programs");
+  command->add_flag("--json", words->json, "print the report as JSON");
   command->callback([words, side] { sweep(*words, side); });
 }
 

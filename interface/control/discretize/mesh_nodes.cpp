@@ -19,8 +19,7 @@ constexpr double kInstantRounding = 1e-9;  // likewise: what a file's digits lea
 std::string instant_term(const Problem& problem, double share) {
   const auto stands = [share](const Term& term) { return stands_at(term, share); };
   const auto term = std::find_if(problem.terms.begin(), problem.terms.end(), stands);
-  return "problem \"" + problem.name + "\": the term \"" + term->name + "\" stands at " +
-         name_of_instant(share);
+  return "problem \"" + problem.name + "\": the term \"" + term->name + "\" is at " + name_of_instant(share);
 }
 
 // Instants between start and end, those within rounding of each other once.
@@ -42,7 +41,7 @@ std::vector<double> even_nodes(const Problem& problem, int intervals) {
   nodes.push_back(duration);
   std::vector<double> to = inner_instants(problem);
   if (int(to.size()) >= intervals)
-    refuse(problem, "terms stand at " + std::to_string(to.size()) +
+    refuse(problem, "terms are at " + std::to_string(to.size()) +
                         " instants between start and end, and the mesh has " + std::to_string(intervals) +
                         " intervals; expected " + std::to_string(to.size() + 1) + " at least");
   to.push_back(1);

@@ -234,7 +234,7 @@ class Audit {
   Simulation until_stopped(int k, const Eigen::VectorXd& from, const RunningCost* cost = nullptr) const {
     Simulation end = stop_.stop_requested() ? Simulation{} : simulate_interval(k, from, cost);
     if (!stop_.stop_requested()) return end;
-    return {Eigen::VectorXd::Constant(from.size(), std::nan("")), "the simulation was told to stop"};
+    return {Eigen::VectorXd::Constant(from.size(), std::nan("")), "the simulation was interrupted"};
   }
 
   // Notes the interval if it is off by most so far; a state that is no number is off by more than any.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/ipopt/ipopt.h>
@@ -30,6 +31,10 @@ NlpSolution solve_with_riccati(Nlp& problem, const std::vector<double>& start, c
 }
 
 namespace {
+
+// Iterations after which a solve from a guess pauses: other starts are tried before it goes on.  Solves of the shipped tasks
+// and of the known problems take fewer; a guess that is symmetric about an obstacle takes any number.
+constexpr int kIterationsBeforeOthers = 500;
 
 // A start beside the given one: every variable of a stage to one side by half its nominal value, its neighbours to the other,
 // most in the middle of the chain.  A straight line through an obstacle becomes a way around it.
@@ -61,45 +66,110 @@ NlpSolution solve_by(NlpMethod method, Nlp& problem, const std::vector<double>& 
   return (method == NlpMethod::kIpopt ? solve_with_ipopt : solve_with_riccati)(problem, start, options);
 }
 
-}  // namespace
+// The attempts of solve_nlp(): the first, and others where it gets stuck.
+class Attempts {
+ public:
+  Attempts(Nlp& problem, const std::vector<double>& start, const SolverOptions& options)
+      : problem_(problem),
+        start_(start),
+        options_(options),
+        first_(method_for(problem.shape(), options)),
+        other_(first_ == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt),
+        has_others_(options.try_other_method && !options.limited_memory &&
+                    problem.shape().hessian_kind != HessianKind::kLimitedMemory) {}
 
-NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const SolverOptions& options) {
-  const NlpMethod first = method_for(problem.shape(), options);
-  NlpSolution solution = solve_by(first, problem, start, options);
-  const bool is_stalled = solution.status == SolveStatus::kAcceptable;
-  if ((!is_stuck(solution.status) && !is_stalled) || !options.try_other_method) return solution;
-  if (options.limited_memory || problem.shape().hessian_kind == HessianKind::kLimitedMemory) return solution;
-  const NlpMethod other = first == NlpMethod::kIpopt ? NlpMethod::kRiccati : NlpMethod::kIpopt;
-  // Whether it is solved; iterations and times count in any case.
-  const auto try_by = [&](NlpMethod method, const std::vector<double>& from, const std::string& name,
-                          std::shared_ptr<const NlpSolution> warm = nullptr) {
-    SolverOptions of_method = less(options, solution);
-    of_method.warm = std::move(warm);
+  NlpSolution solve() {
+    SolverOptions of_first = options_;
+    if (has_others_ && !options_.warm && options_.first_barrier == 0)
+      of_first.max_iterations = pause(options_);
+    solution_ = solve_by(first_, problem_, start_, of_first);
+    if (!has_others_) return std::move(solution_);
+    if (solution_.status == SolveStatus::kAcceptable) {
+      const auto stalled = std::make_shared<const NlpSolution>(solution_);
+      solved_by(other_, stalled->x, "where the first method ended", stalled);
+    } else if (is_paused(solution_, of_first)) {
+      const NlpSolution paused = solution_;
+      if (!solved_by(first_, bent(), kBent) && !solved_by(other_, start_, kGuess)) resume(first_, paused);
+    } else if (is_stuck(solution_.status)) {
+      if (!solved_by(other_, start_, kGuess) && !solved_by(first_, bent(), kBent) && paused_)
+        resume(other_, *paused_);
+    }
+    return std::move(solution_);
+  }
+
+ private:
+  static constexpr const char *kGuess = "the guess", *kBent = "the guess, bent to one side";
+
+  static int pause(const SolverOptions& options) {
+    return std::min(options.max_iterations, kIterationsBeforeOthers);
+  }
+  bool is_paused(const NlpSolution& solution, const SolverOptions& of_attempt) const {
+    return solution.status == SolveStatus::kIterationLimit &&
+           of_attempt.max_iterations < options_.max_iterations;
+  }
+  std::vector<double> bent() const { return dyntape::bent(problem_, start_, solution_.units); }
+
+  SolverOptions left(NlpMethod method) const {
+    SolverOptions of_method = less(options_, solution_);
+    of_method.warm = nullptr;
     of_method.first_barrier = 0;
-    if (method != first) of_method.extra.clear();
-    if (of_method.max_iterations == 0 || options.stop.stop_requested()) return false;
+    if (method != first_) of_method.extra.clear();
+    return of_method;
+  }
+
+  // Whether it is solved; iterations and times count in any case.
+  bool solved_by(NlpMethod method, const std::vector<double>& from, const char* name,
+                 std::shared_ptr<const NlpSolution> warm = nullptr) {
+    SolverOptions of_method = left(method);
+    if (!warm) of_method.max_iterations = pause(of_method);
+    of_method.warm = std::move(warm);
+    if (of_method.max_iterations == 0 || options_.stop.stop_requested()) return false;
     try {
-      NlpSolution found = solve_by(method, problem, from, of_method);
-      const bool is_solved = found.status == SolveStatus::kSolved;
-      found.attempts.front().start = name;
-      NlpSolution both = joined(solution, std::move(found));
-      both.is_by_other_method = method != first;
-      if (is_solved) return solution = std::move(both), true;
-      solution.log = std::move(both.log), solution.times = both.times;
-      solution.attempts = std::move(both.attempts);
+      NlpSolution found = solve_by(method, problem_, from, of_method);
+      if (method == other_ && is_paused(found, of_method)) paused_ = found;
+      return take(method, std::move(found), name, false);
     } catch (const ArgumentError&) {   // a program that the other method does not know
     } catch (const NumericalError&) {  // or whose functions are not finite where it begins
     }
     return false;
-  };
-  if (is_stalled) {  // the other method goes on from there
-    const auto stalled = std::make_shared<NlpSolution>(solution);
-    try_by(other, stalled->x, "where the first method ended", stalled);
-    return solution;
   }
-  if (!try_by(other, start, "the guess") && solution.status == SolveStatus::kLocallyInfeasible)
-    try_by(first, bent(problem, start, solution.units), "the guess, bent to one side");
-  return solution;
+
+  // Goes on with all iterations that are left.
+  void resume(NlpMethod method, const NlpSolution& paused) {
+    SolverOptions rest = left(method);
+    rest.warm = std::make_shared<const NlpSolution>(paused);
+    if (rest.max_iterations == 0 || options_.stop.stop_requested()) return;
+    take(method, solve_by(method, problem_, paused.x, rest), "where an earlier attempt paused",
+         method == first_);
+  }
+
+  bool take(NlpMethod method, NlpSolution found, const char* name, bool in_any_case) {
+    const bool is_solved = found.status == SolveStatus::kSolved;
+    found.attempts.front().start = name;
+    NlpSolution both = joined(solution_, std::move(found));
+    both.is_by_other_method = method != first_;
+    if (is_solved || in_any_case) {
+      solution_ = std::move(both);
+    } else {
+      solution_.log = std::move(both.log), solution_.times = both.times;
+      solution_.attempts = std::move(both.attempts);
+    }
+    return is_solved;
+  }
+
+  Nlp& problem_;
+  const std::vector<double>& start_;
+  const SolverOptions& options_;
+  NlpMethod first_, other_;
+  bool has_others_;
+  NlpSolution solution_;
+  std::optional<NlpSolution> paused_;  // of the other method
+};
+
+}  // namespace
+
+NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const SolverOptions& options) {
+  return Attempts(problem, start, options).solve();
 }
 
 }  // namespace dyntape

@@ -23,7 +23,7 @@ const Problem& checked(const Problem& problem) {
   if (problem.free_time) refuse("its duration is free, expected a horizon");
   for (const Term& term : problem.terms) {
     if (term.where == Where::kInstant && term.share > 0)
-      refuse("the term \"" + term.name + "\" stands at " + name_of_instant(term.share) +
+      refuse("the term \"" + term.name + "\" is at " + name_of_instant(term.share) +
              ", which recedes with the horizon and is never reached; expected a running term whose target or "
              "weight is a parameter of time");
   }

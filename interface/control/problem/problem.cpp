@@ -124,7 +124,7 @@ Term terminal_inequality(std::string name, StageFunction values, Eigen::VectorXd
 
 Term at_fraction(double share, Term term) {
   if (!(share >= 0 && share <= 1))
-    throw ArgumentError("the term \"" + term.name + "\" stands at " + std::to_string(share) +
+    throw ArgumentError("the term \"" + term.name + "\" is at " + std::to_string(share) +
                         " of the duration, expected a share from 0 to 1");
   term.where = share == 1 ? Where::kTerminal : Where::kInstant;
   term.share = share;

@@ -195,7 +195,7 @@ void check_shooting(const Problem& problem) {
   for (const Term& term : problem.terms) {
     if (is_constraint(term.role)) refuse("the term \"" + term.name + "\" is a constraint");
     if (term.where == Where::kInstant)
-      refuse("the term \"" + term.name + "\" stands at " + name_of_instant(term.share));
+      refuse("the term \"" + term.name + "\" is at " + name_of_instant(term.share));
   }
   for (int i = 0; i < problem.n_x(); ++i) {
     const std::string state = "\"" + problem.states[std::size_t(i)] + "\"";

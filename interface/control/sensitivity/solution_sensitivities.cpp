@@ -386,7 +386,7 @@ class SolutionSensitivities::Held {
         fail(SensitivityStatus::kNotASolution, "it is too far from a solution: " + step);
       else
         fail(SensitivityStatus::kWeaklyActive,
-             "what rests on its bounds is not told from what does not: " + step);
+             "active bounds cannot be distinguished from inactive ones: " + step);
       is_smooth_ = true;
     }
     for (Eigen::Index i = 0; i < n_; ++i) {

@@ -69,7 +69,7 @@ std::string of_violated(const Solution& s) {
 }
 
 std::string of_mesh(const Solution& s) {
-  if (!s.refinement_trouble.empty()) return "; a finer mesh was given up, " + s.refinement_trouble;
+  if (!s.refinement_trouble.empty()) return "; a finer mesh was not solved, " + s.refinement_trouble;
   int refinements = 0;  // a mesh may be solved twice
   for (std::size_t k = 1; k < s.meshes.size(); ++k)
     refinements += s.meshes[k].intervals != s.meshes[k - 1].intervals;

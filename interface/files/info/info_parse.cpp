@@ -104,7 +104,7 @@ class TreeBuilder {
     if (block.last_key_line == line_ && block.last >= 0 && !word.quoted &&
         parse_double(std::string(word.raw))) {
       problem(word.offset, "'" + std::string(word.raw) + "' follows the value of '" + last_node().key +
-                               "' on its line; a list of numbers stands in quotes");
+                               "' on its line; write a list of numbers in quotes");
     }
     if (!word.quoted) check_word(word, "key");
     block.last_key_line = line_;

@@ -23,7 +23,7 @@ namespace {
 
 template <class T>
 std::string expected() {
-  if constexpr (std::is_same_v<T, std::string>) return "a word";
+  if constexpr (std::is_same_v<T, std::string>) return "text";
   if constexpr (std::is_same_v<T, bool>) return "true or false";
   if constexpr (std::is_same_v<T, double>) return "a number";
   if constexpr (std::is_unsigned_v<T>) return "a whole number without sign";

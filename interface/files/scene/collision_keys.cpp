@@ -47,14 +47,16 @@ std::vector<std::string> read_frames(Section& block, const std::string& meaning,
 }
 
 std::optional<std::vector<CollisionSphere>> read_collision_shapes(Section& block, const KeyedRobot& robot) {
-  block.about("collision: spheres, corners of boxes and rims of cylinders of the robot's file");
+  block.about(
+      "collision: the spheres, box corners and cylinder rims of <collision> in the robot's file touch the "
+      "ground");
   if (!block.has("shapes")) return std::nullopt;
   block.choice_or<int>("shapes", "collision", {{"collision", 0}});
   if (!robot.model) return std::nullopt;
   if (block.has("radius")) block.problem("radius", "'radius' is given beside 'shapes', which have their own");
   std::vector<CollisionSphere> spheres;
   const std::vector<std::string> links = frame_names(*robot.model);
-  block.about("links that touch; absent: all that have shapes");
+  block.about("links whose shapes touch; absent: all links with shapes");
   const std::vector<std::string> named = distinct_names(block, "frames", links);
   const dynamics::UrdfCollisions found =
       robot.collisions ? *robot.collisions : dynamics::read_collisions(robot.urdf, *robot.model);

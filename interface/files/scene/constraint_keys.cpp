@@ -29,18 +29,22 @@ void read_list(Section& parent, const std::string& list, const std::string& key,
                const Read& read) {
   if (!parent.about(meaning).has(list)) return;
   Section block = parent.child(list);
-  if (!block.about("one of them").has(key))
+  if (!block.about("one loop").has(key))
     return block.problem(key, "'" + list + "' needs at least one '" + key + "'");
   for (Section& item : block.each(key)) read(item);
 }
 
 void read_loop(Section& block, const RobotModel* model, SceneConstraints& constraints) {
-  const std::vector<int> frames = frames_named(block, "the two links whose origins meet", model);
-  const int rows = block.about("point: their origins meet, as by a ball; frame: they are welded together")
-                       .choice_or<int>("type", "point", {{"point", 3}, {"frame", 6}});
-  block.about("of the equation that draws an error to zero: e'' + damping e' + stiffness e = 0 [1/s^2]");
+  const std::vector<int> frames = frames_named(block, "the two links whose origins coincide", model);
+  const int rows =
+      block.about("point: the origins coincide (a ball joint); frame: the links are welded together")
+          .choice_or<int>("type", "point", {{"point", 3}, {"frame", 6}});
+  block.about(
+      "stiffness of the correction of drift (Baumgarte): the error e obeys e'' + damping e' + stiffness e = "
+      "0 [1/s^2]");
   const double kp = block.get_or("stiffness", 100.0, io::not_negative());
-  const double kd = block.about("likewise [1/s]").get_or("damping", 20.0, io::not_negative());
+  const double kd =
+      block.about("damping of that correction [1/s]").get_or("damping", 20.0, io::not_negative());
   if (!model || frames.empty()) return;
   if (frames.size() != 2) {
     return block.problem("frames", "'frames' names " + std::to_string(frames.size()) +
@@ -68,7 +72,7 @@ void read_plane_of(Section& block, const RobotModel* model, dynamics::RigidConta
   if (model) {
     for (const auto& frame : model->frames) names.push_back(frame.name);
   }
-  block.about("a link that the plane is fixed to, in whose axes normal and offset are; absent: the world");
+  block.about("link to which the plane is fixed; normal and offset are in its axes; absent: the world");
   const std::vector<std::string> links = distinct_names(block, "plane_of", names);
   if (!model || !block.has("plane_of")) return;
   if (links.size() != 1)
@@ -96,16 +100,17 @@ void read_contact(Section& block, const KeyedRobot& robot, dynamics::UnilateralC
   const auto spheres = read_collision_shapes(block, robot);
   std::vector<int> frames;
   if (!spheres) {
-    frames = frames_named(block, "links whose origins touch, each of them", robot.model);
-    block.about("of the sphere, 0: a point [m]");
+    frames = frames_named(block, "links that touch, at the origin of each", robot.model);
+    block.about("radius of the sphere [m]; 0: a point");
     contact.radius = block.get_or("radius", 0.0, io::not_negative());
   }
-  contact.friction = block.about("coefficient").get_or("friction", 0.0, io::not_negative());
-  block.about("speed after an impact by that before it");
+  contact.friction = block.about("friction coefficient").get_or("friction", 0.0, io::not_negative());
+  block.about("speed after an impact divided by the speed before");
   contact.restitution = block.get_or("restitution", 0.0, io::between(0, 1));
   block.about("of the plane, upwards, any length");
   contact.normal = read_vector3(block, "normal", contact.normal);
-  contact.offset = block.about("height of the plane along the normal [m]").get_or("offset", 0.0);
+  contact.offset =
+      block.about("distance of the plane from the origin, along the normal [m]").get_or("offset", 0.0);
   int number = 0;
   if (!(contact.normal.norm() > 0)) block.problem("normal", "'normal' is zero, expected a direction");
   read_plane_of(block, robot.model, contact);
@@ -135,9 +140,9 @@ void read_contact(Section& block, const KeyedRobot& robot, dynamics::UnilateralC
 }
 
 void read_limits(Section& parent, const RobotModel* model, dynamics::UnilateralConstraints& rigid) {
-  if (!parent.about("the limits of the robot's file, as stops that do not give way").has("limits")) return;
+  if (!parent.about("limits of positions in the robot's file as rigid stops").has("limits")) return;
   Section block = parent.child("limits");
-  block.about("speed after an impact by that before it");
+  block.about("speed after an impact divided by the speed before");
   const double restitution = block.get_or("restitution", 0.0, io::between(0, 1));
   if (!model) return;
   rigid.stops = dynamics::hard_stops(*model, restitution);
@@ -152,9 +157,9 @@ void read_limits(Section& parent, const RobotModel* model, dynamics::UnilateralC
 
 SceneConstraints read_constraints(Section& file, const KeyedRobot& robot) {
   const RobotModel* const model = robot.model;
-  Section block = file.about("what holds the robot and does not give way").child_or_empty("constraints");
+  Section block = file.about("rigid constraints of the motion").child_or_empty("constraints");
   SceneConstraints constraints;
-  read_list(block, "loops", "loop", "closed loops of bodies",
+  read_list(block, "loops", "loop", "closed kinematic loops",
             [&](Section& loop) { read_loop(loop, model, constraints); });
   read_list(block, "contacts", "contact", "rigid contacts of spheres and points with planes",
             [&](Section& contact) { read_contact(contact, robot, constraints.rigid); });

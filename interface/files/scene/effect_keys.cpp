@@ -109,7 +109,7 @@ class EffectReader {
  private:
   static constexpr const char* kKey = Effect::kKey;
 
-  static std::string what() { return std::string(Effect::kName) + ": off, or what it takes"; }
+  static std::string what() { return std::string(Effect::kName) + ": off, or a block with these keys"; }
 
   template <class Stored>
   static Effect start(const Stored& stored) {
@@ -174,7 +174,7 @@ class EffectReader {
   }
 
   void read_items(Section& block, Effect& effect) {
-    if (!block.about("one of them").has(Effect::kItem))
+    if (!block.about("one element; repeat the block for more").has(Effect::kItem))
       return effects_.problem(kKey, std::string("'") + kKey + "' needs at least one '" + Effect::kItem + "'");
     for (Section& item : block.each(Effect::kItem)) read_item(item, effect);
   }
@@ -187,7 +187,7 @@ class EffectReader {
     }
     std::vector<std::string> frames = {""};
     if constexpr (requires { item.X_BF; })
-      frames = read_frames(block, "links at whose origins it acts, each of them", model_);
+      frames = read_frames(block, "links on which it acts, at the origin of each", model_);
     Item::visit_parameters(item, ParameterReader(block, model_));
     for (const std::string& frame : frames) {
       if constexpr (requires { item.X_BF; }) {
@@ -234,8 +234,8 @@ io::Range range_of(const ParameterInfo& info) {
 }
 
 dynamics::Effects<double> read_effects(Section& file, const KeyedRobot& robot) {
-  Section section =
-      file.about("what acts on the robot; what is not chosen costs nothing").child_or_empty("effects");
+  Section section = file.about("physical effects on the robot; an effect that is not chosen costs no time")
+                        .child_or_empty("effects");
   dynamics::Effects<double> effects;
   dynamics::for_each_effect(effects, [&]<class Stored>(Stored& effect) {
     EffectReader<dynamics::effect_type<Stored>>(section, robot).read(effect);

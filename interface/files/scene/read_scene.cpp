@@ -32,16 +32,17 @@ using io::Section;
 using RobotModel = dynamics::Model<double>;
 
 void read_start(Section& file, const RobotModel* model, Scene& scene) {
-  Section start = file.about("the state at the beginning").child_or_empty("start");
-  const VectorXd q = read_joint_values(start.about("positions [rad or m]"), "q", model, 0.0);
-  const VectorXd v = read_joint_values(start.about("velocities [rad/s or m/s]"), "v", model, 0.0);
+  Section start = file.about("initial state").child_or_empty("start");
+  const VectorXd q = read_joint_values(start.about("joint positions [rad or m]"), "q", model, 0.0);
+  const VectorXd v = read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model, 0.0);
   if (model && !floats(*model)) {
     if (start.has("base"))
       start.problem("base", "'start.base' is of a floating base; this robot's base is fixed");
   }
   const bool reads_base = !model || floats(*model);
   scene.base = reads_base ? read_base(start) : BaseStart();
-  start.about("where a planar joint is, a block each; those without one are where they are neutral");
+  start.about(
+      "state of a planar joint, one block per joint; joints without a block are at their neutral position");
   if (!model) {
     (void)read_planar(start, nullptr, scene.q, scene.v);
     return;
@@ -49,7 +50,7 @@ void read_start(Section& file, const RobotModel* model, Scene& scene) {
   scene.q = configuration_of(*model, q);
   scene.v = v;
   if (floats(*model)) place_base(scene.base, scene.q, scene.v);
-  start.about("where a planar joint is, a block each");
+  start.about("state of a planar joint, one block per joint");
   (void)read_planar(start, model, scene.q, scene.v);
 }
 
@@ -89,23 +90,27 @@ void read_tolerances(Section& block, Scene& scene, bool known) {
     return;
   }
   Tolerances& allowed = scene.tolerances;
-  block.about("of adaptive integrators: error that an internal step may add, of the size of what moves");
+  block.about(
+      "of adaptive integrators: largest error of an internal step, relative to the size of the state");
   allowed.relative = block.get_or("relative_tolerance", allowed.relative,
                                   io::between(Tolerances::kLeastRelative, Tolerances::kMostRelative));
-  block.about("likewise, whatever the size [rad, m, rad/s or m/s]");
+  block.about(
+      "of adaptive integrators: largest error of an internal step where the state is near zero [rad, m, "
+      "rad/s or m/s]");
   allowed.absolute = block.get_or("absolute_tolerance", allowed.absolute, io::positive());
 }
 
 void read_method(Section& file, Scene& scene, bool known) {
-  Section block = file.about("how the motion is computed").child("simulation");
-  scene.duration = block.about("of the motion [s]").get<double>("duration", io::positive());
-  block.about("of the integrator; of an adaptive one, how long a command is held [s]");
+  Section block = file.about("how the motion is simulated").child("simulation");
+  scene.duration = block.about("simulated time [s]").get<double>("duration", io::positive());
+  block.about(
+      "time step of the integrator; of an adaptive integrator: time for which a command is constant [s]");
   scene.step = block.get_or("step", 1e-3, io::positive());
-  block.about("from one row of the results to the next, whole steps [s]");
+  block.about("time between rows of the results, a multiple of the step [s]");
   scene.sample = block.get_or("sample", usual_sample(scene), io::positive());
   std::vector<std::pair<std::string, Integrator>> choices;
   for (Integrator integrator : kIntegrators) choices.emplace_back(to_string(integrator), integrator);
-  scene.integrator = block.about("what one step is")
+  scene.integrator = block.about("integration scheme")
                          .choice_or<Integrator>("integrator", to_string(scene.integrator), choices);
   read_tolerances(block, scene, known);
   if (!(scene.duration > 0 && scene.step > 0 && scene.sample > 0)) return;  // said already
@@ -181,15 +186,17 @@ Commands read_table(Section& block, const std::string& path, const RobotScene& r
 }
 
 Commands read_commands(Section& file, const std::string& path, const Scene& scene, bool known) {
-  Section block = file.about("what the driven joints are told").child_or_empty("commands");
-  const VectorXd torque = read_joint_values(block.about("held over the whole motion [N m or N]"), "torque",
+  Section block = file.about("commands to the driven joints").child_or_empty("commands");
+  const VectorXd torque = read_joint_values(block.about("constant torque [N m or N]"), "torque",
                                             known ? &scene.robot.model : nullptr, 0.0);
   const std::string table =
-      block.about("a table with columns t and tau.<joint>, as solve writes it").get_or("file", "");
+      block.about("path of a table with columns t [s] and tau.<joint>, as `dyntape solve` writes it")
+          .get_or("file", "");
   const RobotModel* model = known ? &scene.robot.model : nullptr;
-  block.about("and motors also pull towards its q.<joint>, when a step begins [N m/rad or N/m]");
+  block.about(
+      "gain of the feedback to the table's q.<joint>, evaluated at the begin of each step [N m/rad or N/m]");
   const VectorXd stiffness = read_joint_values(block, "stiffness", model, 0.0, io::not_negative());
-  block.about("and towards its v.<joint> [N m s/rad or N s/m]");
+  block.about("gain of the feedback to the table's v.<joint> [N m s/rad or N s/m]");
   const VectorXd damping = read_joint_values(block, "damping", model, 0.0, io::not_negative());
   if (!known) return {};
   for (const char* key : {"stiffness", "damping"})
@@ -212,8 +219,8 @@ Commands read_commands(Section& file, const std::string& path, const Scene& scen
 }
 
 void read_lag(Section& file, const RobotModel* model, RobotScene& robot) {
-  Section block = file.about("motors").child_or_empty("actuators");
-  block.about("time in which a motor's torque comes nearer to its command by a factor e; 0: at once [s]");
+  Section block = file.about("dynamics of the motors").child_or_empty("actuators");
+  block.about("time constant with which the torque follows its command [s]; 0: no delay");
   const VectorXd lag = read_joint_values(block, "time_constant", model, 0.0, io::not_negative());
   if (!model || lag.isZero(0)) return;
   const std::vector<int> dofs = actuated_dofs(robot);
@@ -234,20 +241,21 @@ void read_keys(Section& file, Scene& scene, const std::string& path, const Robot
 }
 
 std::string read_name(Section& file, const std::string& fallback) {
-  return file.about("of the scene, in reports and pictures").get_or<std::string>("name", fallback);
+  return file.about("name of the scene in reports and pictures").get_or<std::string>("name", fallback);
 }
 
 }  // namespace
 
 BaseStart read_base(Section& state) {
-  Section base = state.about("of a floating base").child_or_empty("base");
+  Section base = state.about("pose and velocity of a floating base").child_or_empty("base");
   BaseStart keys;
-  keys.position = read_vector3(base.about("of its origin in the world [m]"), "position", Vector3d::Zero());
-  base.about("its turns about the fixed axes x, then y, then z of the world [rad]");
+  keys.position =
+      read_vector3(base.about("position of its origin in the world [m]"), "position", Vector3d::Zero());
+  base.about("rotation about the world's x axis, then y, then z [rad]");
   keys.roll_pitch_yaw = read_vector3(base, "roll_pitch_yaw", Vector3d::Zero());
-  base.about("of its origin, in its own axes [m/s]");
+  base.about("velocity of its origin, in the base's axes [m/s]");
   keys.velocity = read_vector3(base, "velocity", Vector3d::Zero());
-  base.about("in its own axes [rad/s]");
+  base.about("angular velocity, in the base's axes [rad/s]");
   keys.angular_velocity = read_vector3(base, "angular_velocity", Vector3d::Zero());
   return keys;
 }

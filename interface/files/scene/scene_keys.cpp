@@ -22,22 +22,23 @@ struct RobotKeys {
 
 RobotKeys read_robot_keys(Section& file, Floating floating) {
   using dynamics::Base;
-  Section robot = file.about("the robot that moves").child("robot");
+  Section robot = file.about("the robot").child("robot");
   RobotKeys keys;
   dynamics::UrdfOptions& options = keys.options;
-  keys.urdf = robot.about("its file, a path from the folder of this one").get<std::string>("urdf");
+  keys.urdf =
+      robot.about("path of the URDF file, relative to the folder of this file").get<std::string>("urdf");
   if (floating == Floating::kAllowed) {
-    robot.about("its root link is the world, or moves freely");
+    robot.about("fixed: the root link is the world; floating: the root link moves freely");
     options.base =
         robot.choice_or<Base>("base", "fixed", {{"fixed", Base::kFixed}, {"floating", Base::kFloating}});
   } else {
     robot.about("its root link is the world");
     options.base = robot.choice_or<Base>("base", "fixed", {{"fixed", Base::kFixed}});
   }
-  options.lock = distinct_names(robot.about("joints held at their neutral position"), "lock");
-  robot.about("rotations within this angle of a right one become exact [rad]");
+  options.lock = distinct_names(robot.about("joints that are locked at their neutral position"), "lock");
+  robot.about("rotations closer than this angle to a multiple of 90 degrees are made exact [rad]");
   options.snap = robot.get_or("rotation_tolerance", options.snap, io::between(0, 0.01));
-  robot.about("what an inertia that no body has is: an error, or a note");
+  robot.about("an inertia that is physically impossible is an error, or only a warning");
   options.accept_nonphysical_inertia =
       robot.choice_or<bool>("inertia", "error", {{"error", false}, {"warn", true}});
   options.continuous = dynamics::ContinuousJoint::kAngle;
@@ -85,7 +86,7 @@ void check_is_no_robot(std::string_view text, const std::string& path, const std
 void read_scene_keys(Section& file, RobotScene& scene, const KeyedRobot& robot) {
   const dynamics::Model<double>* const model = robot.model;
   scene.effects = read_effects(file, robot);
-  scene.actuated = distinct_names(file.about("joints that are driven; absent: all"), "actuated",
+  scene.actuated = distinct_names(file.about("joints with a motor; absent: all"), "actuated",
                                   model ? single_joint_names(*model) : std::vector<std::string>{});
 }
 
@@ -98,16 +99,16 @@ std::string path_beside(const std::string& file, Section& block, const std::stri
 }
 
 EvaluationKeys read_evaluation(Section& file, PointsAtOnce points) {
-  Section block = file.about("how functions are made and evaluated").child_or_empty("evaluation");
+  Section block = file.about("how functions are compiled and evaluated").child_or_empty("evaluation");
   EvaluationKeys keys;
   keys.options.profile =
       block.about("strict: the interpreter's bits; fast: rounded otherwise")
           .choice_or<Profile>("profile", "strict", {{"strict", Profile::kStrict}, {"fast", Profile::kFast}});
   keys.options.route = block
                            .about(
-                               "automatic: compiled where there is a compiler, and by `solve` machine code "
-                               "until that is done; compiled: before all else; machine_code: made here, "
-                               "without a compiler; interpreter: node by node")
+                               "automatic: compiled C if there is a compiler (`solve` uses machine code "
+                               "until the compiler has finished); compiled: waits for the compiler; "
+                               "machine_code: generated without a compiler; interpreter: evaluates the graph")
                            .choice_or<Route>("route", "automatic",
                                              {{"automatic", Route::kAutomatic},
                                               {"compiled", Route::kCompiled},
@@ -117,17 +118,17 @@ EvaluationKeys read_evaluation(Section& file, PointsAtOnce points) {
     keys.options.functions =
         block
             .about(
-                "sines: sine and cosine of dyntape's own, the C library's others; libm: all of the C "
-                "library; portable: the same bits on every processor, quickest in lanes")
+                "elementary functions: sines: dyntape's sine and cosine, the C library's others; libm: all "
+                "of the C library; portable: the same bits on every processor, fastest in lanes")
             .choice_or<Functions>("functions", to_string(kDefaultFunctions),
                                   {{"sines", Functions::kSines},
                                    {"libm", Functions::kLibm},
                                    {"portable", Functions::kPortable}});
   if (points == PointsAtOnce::kOne) return keys;
   keys.options.lanes =
-      block.about("points side by side in registers: longer to compile, several times as fast")
+      block.about("native: several points per SIMD instruction; longer to compile, several times as fast")
           .choice_or<Lanes>("lanes", "none", {{"none", Lanes::kNone}, {"native", Lanes::kNative}});
-  block.about("that share the points; 0: as many as the processor has");
+  block.about("number of threads; 0: one per core");
   keys.threads = static_cast<unsigned>(block.get_or("threads", 1, io::between(0, 1024)));
   return keys;
 }

@@ -28,7 +28,8 @@ std::string first_of(const std::string& problems) {
 // The scene that the file names, where there is one without problems.
 bool take_swept_scene(Section& file, SceneSweep& sweep) {
   const std::string name =
-      file.about("whose numbers vary, a path from the folder of this file").get<std::string>("scene");
+      file.about("path of the scene or task whose numbers vary, relative to the folder of this file")
+          .get<std::string>("scene");
   if (name.empty()) return false;
   try {
     sweep.scene = read_scene(path_beside(sweep.file, file, "scene", name));
@@ -46,9 +47,10 @@ bool take_swept_scene(Section& file, SceneSweep& sweep) {
 }
 
 void read_values(Section& file, SceneSweep& sweep, bool known) {
-  Section vary = file.about("what varies").child("vary");
+  Section vary = file.about("the numbers that vary").child("vary");
   std::vector<Section> blocks;
-  if (vary.about("one number, or one for several joints").has("value")) blocks = vary.children("value");
+  if (vary.about("one varied number, or one number for several joints").has("value"))
+    blocks = vary.children("value");
   if (blocks.empty()) blocks.push_back(vary.child("value"));  // the list of keys, or a problem
   // Before any value has a column.
   const std::vector<std::string> taken = known ? row_names(sweep) : std::vector<std::string>{};
@@ -73,14 +75,14 @@ void read_values(Section& file, SceneSweep& sweep, bool known) {
 void read_counts(Section& file, SceneSweep& sweep) {
   const bool is_random = std::any_of(sweep.values.begin(), sweep.values.end(),
                                      [](const SweptValue& v) { return v.spread != Spread::kGrid; });
-  file.about("how many; of each point of the grid, where there is one");
+  file.about("number of samples; with a grid: samples per point of the grid");
   const bool is_given = file.has("samples");
   sweep.samples = file.get_or("samples", 1L, io::between(1, double(kMostRows)));
   if (is_random && !is_given) file.problem("samples", "required key 'samples' is missing: values are random");
   if (!sweep.values.empty() && !is_random && sweep.samples > 1)
     file.problem("samples", "'samples' is " + std::to_string(sweep.samples) +
                                 ", but nothing is random: all would be the same");
-  sweep.seed = file.about("of the random numbers").get_or<unsigned long>("seed", 1);
+  sweep.seed = file.about("seed of the random numbers").get_or<unsigned long>("seed", 1);
   double rows = double(sweep.samples);
   for (const SweptValue& value : sweep.values) rows *= double(value.steps);
   if (rows > double(kMostRows)) {
@@ -91,7 +93,7 @@ void read_counts(Section& file, SceneSweep& sweep) {
 
 void read_shown(Section& file, SceneSweep& sweep, bool known) {
   const std::vector<std::string> fallback = {"most.v", "energy.kinetic"};
-  file.about("columns of the results that are drawn over what varies");
+  file.about("columns of the results that are plotted against the varied numbers");
   if (!known) return file.defer("plot", "names", "\"most.v energy.kinetic\"");
   sweep.shown = file.strings_or("plot", fallback, result_names(sweep.scene));
 }
@@ -106,7 +108,7 @@ void read_sweep_keys(Section& file, SceneSweep& sweep, bool known) {
 }
 
 std::string read_sweep_name(Section& file, const std::string& fallback) {
-  return file.about("of the sweep, in reports and pictures").get_or<std::string>("name", fallback);
+  return file.about("name of the sweep in reports and pictures").get_or<std::string>("name", fallback);
 }
 
 }  // namespace
@@ -137,7 +139,8 @@ std::vector<io::Question> sweep_questions() {
   Section file = Section::catalogue();
   SceneSweep sweep;
   read_sweep_name(file, "its file's");
-  file.about("whose numbers vary, a path from the folder of this file").get<std::string>("scene");
+  file.about("path of the scene or task whose numbers vary, relative to the folder of this file")
+      .get<std::string>("scene");
   read_sweep_keys(file, sweep, false);
   return file.questions();
 }

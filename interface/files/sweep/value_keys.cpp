@@ -118,14 +118,14 @@ class PlaceReader {
   }
 
   void read_item(const EffectNumber& number, EffectPlace& place, std::string& name) {
-    block_.about("which of a list, counted from 1, each frame for itself; absent: all of them");
+    block_.about("which element of a list, counted from 1, with one element per frame; absent: all elements");
     if (!block_.has("item")) return;
     place.item = block_.get<int>("item", io::between(1, number.items)) - 1;
     name += "." + std::to_string(place.item + 1);
   }
 
   int axis() {
-    block_.about("of three numbers, which");
+    block_.about("which of three numbers: x, y or z");
     if (!block_.has("axis")) (void)block_.get<std::string>("axis");  // notes that it is missing
     return block_.choice_or<int>("axis", "x", {{"x", 0}, {"y", 1}, {"z", 2}});
   }
@@ -133,7 +133,8 @@ class PlaceReader {
   // All, or those that `joint` names; the name gets longer by them.
   template <class Entry>
   std::vector<int> entries_of(const std::vector<std::string>& joints, std::string& name, const Entry& entry) {
-    block_.about("of a number a joint, whose; absent: all of one degree of freedom, which get the same");
+    block_.about(
+        "joints whose number varies; absent: all joints of one degree of freedom, with the same number");
     const std::vector<std::string> named = distinct_names(block_, "joint", joints);
     if (!named.empty()) name += "." + joined(named);
     std::vector<int> entries;
@@ -201,10 +202,10 @@ double probability(const SweptValue& value) {
 }
 
 void read_normal(Section& block, const io::Range& range, SweptValue& value) {
-  value.mean = block.about("of normal numbers").get<double>("mean", range);
-  value.deviation =
-      block.about("likewise, standard deviation").get<double>("standard_deviation", io::positive());
-  block.about("least and most; numbers beyond are drawn anew");
+  value.mean = block.about("mean of a normal distribution").get<double>("mean", range);
+  value.deviation = block.about("standard deviation of a normal distribution")
+                        .get<double>("standard_deviation", io::positive());
+  block.about("smallest and largest value of a normal distribution; numbers outside are drawn again");
   const auto end = [&](const char* key, double limit) {
     return block.has(key) ? block.get<double>(key, range) : limit;
   };
@@ -218,13 +219,14 @@ void read_normal(Section& block, const io::Range& range, SweptValue& value) {
 }
 
 void read_numbers(Section& block, const io::Range& range, SweptValue& value) {
-  value.spread =
-      block.about("how numbers lie in between").choice_or<Spread>("distribution", "uniform", kSpreads);
+  value.spread = block.about("spacing or distribution between `from` and `to`")
+                     .choice_or<Spread>("distribution", "uniform", kSpreads);
   if (value.spread == Spread::kNormal) return read_normal(block, range, value);
-  value.from = block.about("the least, or the first of a grid").get<double>("from", range);
-  value.to = block.about("the most, or the last of a grid").get<double>("to", range);
+  value.from = block.about("smallest value, or first value of a grid").get<double>("from", range);
+  value.to = block.about("largest value, or last value of a grid").get<double>("to", range);
   if (value.spread == Spread::kGrid)
-    value.steps = block.about("of a grid: how many").get<long>("steps", io::between(1, double(kMostRows)));
+    value.steps =
+        block.about("of a grid: number of values").get<long>("steps", io::between(1, double(kMostRows)));
   if (value.spread != Spread::kGrid && !(value.from <= value.to))
     block.problem("to", "'to' is less than 'from', expected as much or more");
   if (!std::isfinite(value.to - value.from))
@@ -238,23 +240,25 @@ void read_numbers(Section& block, const io::Range& range, SweptValue& value) {
 
 // Every key, whatever its value means.
 void read_nothing(Section& block) {
-  block.about("of three numbers, which").defer("axis", "x | y | z", "");
-  block.about("of a number a joint, whose; absent: all of one degree of freedom, which get the same")
+  block.about("which of three numbers: x, y or z").defer("axis", "x | y | z", "");
+  block.about("joints whose number varies; absent: all joints of one degree of freedom, with the same number")
       .defer("joint", "names", "");
-  block.about("which of a list, counted from 1, each frame for itself; absent: all of them")
+  block.about("which element of a list, counted from 1, with one element per frame; absent: all elements")
       .defer("item", "a whole number", "");
-  block.about("how numbers lie in between").choice_or<Spread>("distribution", "uniform", kSpreads);
-  block.about("the least, or the first of a grid").defer("from", "a number", "");
-  block.about("the most, or the last of a grid").defer("to", "a number", "");
-  block.about("of a grid: how many").defer("steps", "a whole number", "");
-  block.about("of normal numbers, which `from` and `to` may bound").defer("mean", "a number", "");
-  block.about("likewise, standard deviation").defer("standard_deviation", "a number, positive", "");
-  block.about("of its column; absent: from `of`").defer("name", "a word", "");
+  block.about("spacing or distribution between `from` and `to`")
+      .choice_or<Spread>("distribution", "uniform", kSpreads);
+  block.about("smallest value, or first value of a grid").defer("from", "a number", "");
+  block.about("largest value, or last value of a grid").defer("to", "a number", "");
+  block.about("of a grid: number of values").defer("steps", "a whole number", "");
+  block.about("mean of a normal distribution; `from` and `to` may truncate it").defer("mean", "a number", "");
+  block.about("standard deviation of a normal distribution")
+      .defer("standard_deviation", "a number, positive", "");
+  block.about("name of the column in the results; absent: made from `of`").defer("name", "text", "");
 }
 
 std::string read_column_name(Section& block, const std::string& fallback) {
-  const std::string name =
-      block.about("of its column; absent: from `of`").get_or<std::string>("name", fallback);
+  const std::string name = block.about("name of the column in the results; absent: made from `of`")
+                               .get_or<std::string>("name", fallback);
   if (const std::string fault = fault_of_name(name); !fault.empty()) block.problem("name", "'name' " + fault);
   if (name.find_first_of(",\" \t") != std::string::npos || name.empty())
     block.problem("name", "'name' must be a word without blanks, commas and quotes, got '" + name + "'");
@@ -265,8 +269,8 @@ std::string read_column_name(Section& block, const std::string& fallback) {
 
 std::optional<SweptValue> read_value(Section& block, const Scene* scene) {
   block.about(
-      "what varies: effects.joint_damping, effects.contacts.contact.friction, start.q, commands.torque, "
-      "start.base.position, robot.mass:LINK, ...");
+      "the key that varies: effects.joint_damping, effects.contacts.contact.friction, start.q, "
+      "commands.torque, start.base.position, robot.mass:LINK, ...");
   const std::string of = block.get<std::string>("parameter");
   std::optional<FoundPlace> found;
   if (scene && !of.empty()) found = PlaceReader(block, *scene).find(of);

@@ -253,7 +253,7 @@ void check_floor(Task& task) {
     faults.push_back("the contact \"" + contact.frame + "\" is held " + io::significant(std::abs(height), 3) +
                      " m " + (height > 0 ? "above" : "below") +
                      " the floor, which is at z = " + io::significant(floor, 3) +
-                     " m; expected a start that stands on it, or its height in 'contacts.floor'");
+                     " m; expected a start with the contacts on it, or its height in 'contacts.floor'");
   }
   if (faults.empty()) return;
   if (task.floor) refuse(task, faults);

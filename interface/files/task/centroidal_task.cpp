@@ -23,11 +23,11 @@ using Eigen::VectorXd;
 using io::Section;
 
 void read_stand(Section& file, TaskSpec& task, const dynamics::Model<double>* model) {
-  Section start = file.about("where the robot is at the beginning").child("start");
+  Section start = file.about("initial state of the robot").child("start");
   const std::optional<double> fallback =
       model && single_joint_names(*model).empty() ? std::optional(0.0) : std::nullopt;
-  const VectorXd joints = read_joint_values(start.about("positions [rad or m]"), "q", model, fallback);
-  VectorXd v = read_joint_values(start.about("velocities [rad/s or m/s]"), "v", model, 0.0);
+  const VectorXd joints = read_joint_values(start.about("joint positions [rad or m]"), "q", model, fallback);
+  VectorXd v = read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model, 0.0);
   const BaseStart base = read_base(start);
   task.robot.contacts = read_contacts(file, model, Cones::kLimits);
   if (!model) return;
@@ -45,22 +45,28 @@ void read_stand(Section& file, TaskSpec& task, const dynamics::Model<double>* mo
 }
 
 void read_demands_of_mass(Section& file, CentroidalOptions& options) {
-  Section block = file.about("the robot as one mass on its feet").child("centroidal");
-  options.is_level =
-      block.about("the height of the centre of mass stays").get_or("constant_height", options.is_level);
-  options.zero_angular_momentum = block.about("there is no angular momentum at any time")
+  Section block =
+      file.about("the robot as a single mass on its feet (centroidal dynamics)").child("centroidal");
+  options.is_level = block.about("keeps the height of the centre of mass constant")
+                         .get_or("constant_height", options.is_level);
+  options.zero_angular_momentum = block.about("keeps the angular momentum zero")
                                       .get_or("zero_angular_momentum", options.zero_angular_momentum);
-  options.ends_at_rest = block.about("each plan ends in a stand that the feet can hold")
+  options.ends_at_rest = block.about("each plan ends at rest, in a stand that the feet can hold")
                              .get_or("end_at_rest", options.ends_at_rest);
-  options.most_force = block.about("of a foot, upwards [N]")
+  options.most_force = block.about("largest upward force of a foot [N]")
                            .get_or("max_force", options.most_force, io::or_infinite(io::positive()));
-  Section costs = file.about("weights of what is integrated").child_or_empty("costs");
+  Section costs = file.about("weights of the integrated costs").child_or_empty("costs");
   CentroidalOptions::Weights& w = options.weights;
-  w.com = costs.about("squared distance from the target [1/m^2]").get_or("com", w.com, io::not_negative());
-  w.velocity = costs.about("squared velocity [s^2/m^2]").get_or("velocity", w.velocity, io::not_negative());
-  w.angular = costs.about("squared angular momentum [1/(N m s)^2]")
+  w.com = costs.about("weight of the squared distance from the target [1/m^2]")
+              .get_or("com", w.com, io::not_negative());
+  w.velocity = costs.about("weight of the squared velocity [s^2/m^2]")
+                   .get_or("velocity", w.velocity, io::not_negative());
+  w.angular = costs.about("weight of the squared angular momentum [1/(N m s)^2]")
                   .get_or("angular_momentum", w.angular, io::not_negative());
-  w.force = costs.about("squared difference of each foot's force from its share of the weight [1/N^2]")
+  w.force = costs
+                .about(
+                    "weight of the squared difference of each foot's force from its share of the robot's "
+                    "weight [1/N^2]")
                 .get_or("force", w.force, io::not_negative());
 }
 
@@ -69,20 +75,20 @@ void read_keys(Section& file, TaskSpec& task, CentroidalOptions& options,
   read_stand(file, task, model);
   read_demands_of_mass(file, options);
   task.gait = read_gait(file, Eigen::Index(task.robot.contacts.size()), model);
-  Section horizon = file.about("how far a plan looks").child("horizon");
-  options.duration = horizon.about("of a plan [s]").get<double>("duration", seconds());
-  file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
+  Section horizon = file.about("horizon of a plan").child("horizon");
+  options.duration = horizon.about("duration of a plan [s]").get<double>("duration", seconds());
+  file.about("discretisation: how the motion becomes a nonlinear program").child_or_empty("transcription");
   task.optimise.mesh = read_mesh(file, WithLimitedMemory::kNo);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
   task.optimise.mesh.evaluation = evaluation.options;
   task.optimise.mesh.threads = evaluation.threads;
-  Section solver = file.about("what solves a plan, from stage to stage").child_or_empty("solver");
+  Section solver = file.about("options of the stage-wise solver of a plan").child_or_empty("solver");
   task.optimise.solver.tolerance =
-      solver.about("of the scaled optimality error").get_or("tolerance", 1e-6, io::positive());
-  task.optimise.solver.max_iterations =
-      solver.about("of a plan, after which it gives up").get_or("max_iterations", 300, io::not_negative());
+      solver.about("tolerance of the scaled optimality error").get_or("tolerance", 1e-6, io::positive());
+  task.optimise.solver.max_iterations = solver.about("largest number of iterations of a plan")
+                                            .get_or("max_iterations", 300, io::not_negative());
   task.control = read_control(file, [](Section& push) {
-    push.about("at the centre of mass, world axes [N s]");
+    push.about("impulse at the centre of mass, in world axes [N s]");
     TaskSpec::Control::Disturbance hit;
     hit.impulse = read_vector3(push, "impulse", std::nullopt);
     return hit;

@@ -13,28 +13,31 @@ using io::Section;
 namespace {
 
 void read_tracking(Section& tracking, const dynamics::Model<double>* model, TaskSpec::Costs& c) {
-  c.tracking_q = read_joint_values(tracking.about("of positions"), "q", model, 0.0, io::not_negative());
-  c.tracking_v = read_joint_values(tracking.about("of velocities"), "v", model, 0.0, io::not_negative());
-  tracking.about("of the position of goal.frame [1/m^2]");
+  c.tracking_q =
+      read_joint_values(tracking.about("weight of positions"), "q", model, 0.0, io::not_negative());
+  c.tracking_v =
+      read_joint_values(tracking.about("weight of velocities"), "v", model, 0.0, io::not_negative());
+  tracking.about("weight of the position of goal.frame [1/m^2]");
   c.tracking_position = tracking.get_or("position", 0.0, io::not_negative());
-  tracking.about("of its orientation [1/rad^2]");
+  tracking.about("weight of its orientation [1/rad^2]");
   c.tracking_orientation = tracking.get_or("orientation", 0.0, io::not_negative());
-  tracking.about("of the position of goal.base [1/m^2]");
+  tracking.about("weight of the position of goal.base [1/m^2]");
   c.tracking_base_position = tracking.get_or("base_position", 0.0, io::not_negative());
-  tracking.about("of its orientation [1/rad^2]");
+  tracking.about("weight of its orientation [1/rad^2]");
   c.tracking_base_orientation = tracking.get_or("base_orientation", 0.0, io::not_negative());
-  Section end = tracking.about("the same at the end alone, not integrated").child_or_empty("end");
-  c.end_q = read_joint_values(end.about("of positions"), "q", model, 0.0, io::not_negative());
-  c.end_v = read_joint_values(end.about("of velocities"), "v", model, 0.0, io::not_negative());
+  Section end = tracking.about("the same weights at the end only, not integrated").child_or_empty("end");
+  c.end_q = read_joint_values(end.about("weight of positions"), "q", model, 0.0, io::not_negative());
+  c.end_v = read_joint_values(end.about("weight of velocities"), "v", model, 0.0, io::not_negative());
 }
 
 }  // namespace
 
 TaskSpec::Costs read_costs(Section& file, const dynamics::Model<double>* model) {
-  Section costs = file.about("weights of what is integrated over the motion").child("costs");
+  Section costs = file.about("weights of the costs, which are integrated over the motion").child("costs");
   TaskSpec::Costs c;
-  Section tracking = costs.about("weights of the squared distance to the motion's goal, where it is known")
-                         .child_or_empty("tracking");
+  Section tracking =
+      costs.about("weights of the squared distance from the goal, for those coordinates that the goal gives")
+          .child_or_empty("tracking");
   for (const TaskCost& cost : task_costs())
     c.*cost.weight = costs.about(cost.meaning).get_or(cost.key, c.*cost.weight, io::not_negative());
   read_tracking(tracking, model, c);
@@ -43,22 +46,23 @@ TaskSpec::Costs read_costs(Section& file, const dynamics::Model<double>* model) 
 
 const std::vector<TaskCost>& task_costs() {
   static const std::vector<TaskCost> costs = {
-      {"control", "of the squared controls", &TaskSpec::Costs::control,
+      {"control", "weight of the squared controls", &TaskSpec::Costs::control,
        [](const Problem&, const TaskSpec&, double weight) { return squared_controls(weight); }},
-      {"effort", "of the squared fractions of the effort limits", &TaskSpec::Costs::effort,
+      {"effort", "weight of the squared controls, as fractions of the effort limits",
+       &TaskSpec::Costs::effort,
        [](const Problem&, const TaskSpec& task, double weight) {
          return squared_fractions(task.scene, weight, task.robot.unit);
        }},
-      {"acceleration", "of the squared accelerations", &TaskSpec::Costs::acceleration,
+      {"acceleration", "weight of the squared accelerations", &TaskSpec::Costs::acceleration,
        [](const Problem& problem, const TaskSpec&, double weight) {
          return squared_accelerations(problem, weight);
        }},
-      {"force", "of the squared difference of contacts' forces from their share of the weight",
+      {"force", "weight of the squared difference of contact forces from their share of the robot's weight",
        &TaskSpec::Costs::force,
        [](const Problem& problem, const TaskSpec& task, double weight) {
          return squared_forces(problem, task.scene, task.robot.contacts, weight);
        }},
-      {"time", "of the duration, where it is to be found [1/s]", &TaskSpec::Costs::time,
+      {"time", "weight of the duration, if it is free [1/s]", &TaskSpec::Costs::time,
        [](const Problem&, const TaskSpec&, double weight) { return minimum_time(weight); }},
   };
   return costs;

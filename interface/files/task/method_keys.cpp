@@ -12,7 +12,7 @@ namespace dyntape {
 using io::Section;
 
 void read_solver(Section& file, TaskSpec& task) {
-  Section solver = file.about("what solves the program").child_or_empty("solver");
+  Section solver = file.about("the solver of the nonlinear program").child_or_empty("solver");
   OptimiseOptions& optimise = task.optimise;
   SolverOptions& options = optimise.solver;
   const auto method = solver
@@ -30,32 +30,32 @@ void read_solver(Section& file, TaskSpec& task) {
                                                                 {"ddp", std::nullopt}});
   task.by_ddp = !method;
   options.method = method.value_or(NlpMethod::kRiccati);
-  options.tolerance =
-      solver.about("of the scaled optimality error").get_or("tolerance", options.tolerance, io::positive());
-  options.dual_tolerance = solver.about("of the stationarity alone, without the weights of that error")
+  options.tolerance = solver.about("tolerance of the scaled optimality error")
+                          .get_or("tolerance", options.tolerance, io::positive());
+  options.dual_tolerance = solver.about("tolerance of the unscaled stationarity")
                                .get_or("dual_tolerance", options.dual_tolerance, io::positive());
-  options.bound_relaxation = solver.about("relative widening of bounds; 0 keeps them exact")
+  options.bound_relaxation = solver.about("relative widening of the bounds; 0: exact bounds")
                                  .get_or("bound_relaxation", options.bound_relaxation, io::not_negative());
-  options.max_iterations = solver.about("after which it gives up")
+  options.max_iterations = solver.about("largest number of iterations")
                                .get_or("max_iterations", options.max_iterations, io::not_negative());
-  options.max_seconds = solver.about("processor time of all threads after which it gives up [s]")
+  options.max_seconds = solver.about("largest processor time of all threads [s]")
                             .get_or("max_seconds", options.max_seconds, io::positive());
-  options.stop_at_acceptable = solver.about("give up early when stalled at an acceptable point")
+  options.stop_at_acceptable = solver.about("stop early if the solver stalls at an acceptable point")
                                    .get_or("stop_at_acceptable", options.stop_at_acceptable);
   options.barrier_update =
       solver
           .about(
-              "of riccati: chosen at each step while the error falls, or lowered problem by problem; of "
-              "rigid contacts monotone")
+              "of riccati: adaptive: chosen at each step; monotone: decreased when a barrier problem is "
+              "solved; the default for rigid contacts is monotone")
           .choice_or<BarrierUpdate>(
               "barrier_update", task.simulated ? "monotone" : "adaptive",
               {{"adaptive", BarrierUpdate::kAdaptive}, {"monotone", BarrierUpdate::kMonotone}});
-  options.print_level =
-      solver.about("how much Ipopt prints").get_or("print_level", options.print_level, io::between(0, 12));
-  optimise.check_derivatives = solver.about("hold the derivatives against finite differences before solving")
+  options.print_level = solver.about("verbosity of Ipopt; above 0 the method automatic takes Ipopt")
+                            .get_or("print_level", options.print_level, io::between(0, 12));
+  optimise.check_derivatives = solver.about("compare derivatives with finite differences before solving")
                                    .get_or("check_derivatives", true);
   Section extra =
-      solver.about("options of Ipopt by their own names, but those that name files, print or warm-start")
+      solver.about("options of Ipopt by Ipopt's names, except options that name files, print or warm-start")
           .child_or_empty("ipopt");
   for (Section& option : extra.all_children()) {
     try {
@@ -74,8 +74,8 @@ void note_ddp_keys(Section& file, const TaskSpec& task) {
   const Scheme& scheme = task.optimise.mesh.scheme;
   if (form.has("scheme") && scheme.name != "euler" && !(scheme.step && scheme.steps == 1))
     form.problem("scheme",
-                 "'transcription.scheme' is one of collocation, which the method ddp does not know; expected "
-                 "runge-kutta-4, which is the default, or semi-implicit-euler");
+                 "'transcription.scheme' is one of collocation, which the method ddp does not support; "
+                 "expected runge-kutta-4, which is the default, or semi-implicit-euler");
   const auto note_limit = [&](const char* key, const Limit& limit) {
     if (bounds.has(key) && limit.robot)
       bounds.problem(key, limits_of_states(std::string("bounds.") + key).message);
@@ -91,20 +91,27 @@ void read_continuation(Section& file, TaskSpec& task, const dynamics::Model<doub
                    "'constraints' have contacts");
     return;
   }
-  Section block = file.about("of a scene with rigid contacts, whose times and forces are to be found")
+  Section block = file.about(
+                          "for a scene with rigid contacts: contact times and forces are found by "
+                          "complementarity, relaxed at first")
                       .child_or_empty("contact_implicit");
   ContactContinuation& c = task.continuation;
   const auto number = [&](const char* key, const std::string& what, double fallback) {
     return block.about(what).get_or(key, fallback, io::positive());
   };
   c.last.relaxation = number("relaxation",
-                             "most that a force, as a part of the robot's weight, times its distance from "
-                             "touching may be, at the end [m]",
+                             "relaxation in the last solve: largest product of a contact force, as a "
+                             "fraction of the robot's weight, and the gap [m]",
                              c.last.relaxation);
-  c.last.slip = number("slip", "speed over which friction builds up, at the end [m/s]", c.last.slip);
-  c.first.relaxation = number("first_relaxation", "the same in the first solve [m]", c.first.relaxation);
-  c.first.slip = number("first_slip", "the same in the first solve [m/s]", c.first.slip);
-  c.solves = block.about("each from the motion of the one before, with both smaller by equal ratios")
+  c.last.slip = number(
+      "slip", "slip in the last solve: sliding speed at which friction nearly reaches its full force [m/s]",
+      c.last.slip);
+  c.first.relaxation = number("first_relaxation", "relaxation in the first solve [m]", c.first.relaxation);
+  c.first.slip = number("first_slip", "slip in the first solve [m/s]", c.first.slip);
+  c.solves = block
+                 .about(
+                     "number of solves; each starts from the previous motion and decreases relaxation and "
+                     "slip by the same ratio")
                  .get_or("solves", c.solves, io::between(1, 20));
   const auto check_order = [&](const char* first, double a, const char* last, double b) {
     if (a < b)

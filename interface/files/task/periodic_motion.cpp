@@ -70,7 +70,7 @@ void read_swap(Section& block, const TaskSpec& task, const RobotModel* model, Ta
   const Names joints = model ? single_joint_names(*model) : Names{}, contacts = contacts_of(task);
   Names valid = joints;
   valid.insert(valid.end(), contacts.begin(), contacts.end());
-  block.about("pairs of joints, and of contacts, that change places from step to step: left and right");
+  block.about("pairs of joints and of contacts that are exchanged from step to step: left and right");
   const Names names = distinct_names(block, "swap", model ? valid : Names{});
   if (!model) return;
   if (names.size() % 2 != 0)
@@ -102,22 +102,19 @@ VectorXd read_advance(Section& block, const RobotModel& model) {
 
 std::optional<TaskSpec::Periodic> read_periodic(Section& file, const TaskSpec& task,
                                                 const RobotModel* model) {
-  if (!file.about("the motion goes on for ever, in place of a goal: it ends as it began, but for what "
-                  "changes places and "
-                  "advances")
+  if (!file.about("a periodic motion, in place of a goal: the final state equals the initial state, up to "
+                  "`swap` and `advance`")
            .has("periodic"))
     return {};
   Section block = file.child("periodic");
   TaskSpec::Periodic periodic;
   read_swap(block, task, model, periodic);
-  block.about(
-      "what positions gain from step to step, by joint [rad or m]; of a floating base: base \"x y z\"");
+  block.about("change of positions per step, by joint [rad or m]; of a floating base: base \"x y z\"");
   if (model)
     periodic.step.advance = read_advance(block, *model);
   else
-    block.defer("advance", "a number a joint that advances, by name", "0");
-  block.about(
-      "whether what lands at the end hits the floor, and its velocity ends there; off: it is at rest");
+    block.defer("advance", "a number per joint that advances, by name", "0");
+  block.about("whether a contact that lands at the end has an impact; off: it lands at rest");
   periodic.impact = block.get_or("impact", false);
   if (!model) return periodic;
   try {
@@ -134,10 +131,11 @@ std::vector<SpecFault> periodic_faults(const TaskSpec& spec) {
   std::vector<SpecFault> faults;
   if (!spec.goal.array().isNaN().all())
     faults.push_back(
-        {"goal", "'goal' stands beside 'periodic', which says where the motion ends; expected one of them"});
+        {"goal", "'goal' and 'periodic' both define the end of the motion; expected one of them"});
   if (spec.start.array().isNaN().any())
     faults.push_back(
-        {"start.free", "'start.free' stands beside 'periodic', by which all of the start is open"});
+        {"start.free",
+         "'start.free' and 'periodic' exclude each other: the start of a periodic motion is free"});
   const auto carrier = [&](const std::string& frame) {
     const int body = model.frames[std::size_t(model.frame_index(frame))].body;
     return body < 0 ? "" : model.joints[std::size_t(body)].name;
@@ -159,8 +157,8 @@ std::vector<SpecFault> periodic_faults(const TaskSpec& spec) {
   }
   if (periodic.impact && landed(spec).empty())
     faults.push_back({"periodic.impact",
-                      "nothing lands at the end of the motion; expected a contact that stands at its start "
-                      "and, under its other name, not in the last phase"});
+                      "no contact lands at the end of the motion; expected a contact that holds in the first "
+                      "phase and whose counterpart does not hold in the last phase"});
   return faults;
 }
 

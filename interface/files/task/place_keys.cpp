@@ -41,18 +41,17 @@ class CapsuleReader {
       : list_(list), asks_frames_(asks_frames), model_(model) {}
 
   std::vector<Capsule> read() {
-    for (Section& block :
-         items_of(list_, "sphere", "all points within a radius of one; its name behind the word")) {
+    for (Section& block : items_of(list_, "sphere", "sphere <name> { ... }")) {
       Capsule capsule = begin(block, "sphere");
-      capsule.from = read_vector3(block.about("its centre [m]"), "center", std::nullopt, metres());
+      capsule.from = read_vector3(block.about("centre [m]"), "center", std::nullopt, metres());
       capsule.to = capsule.from;
       end(block, capsule);
     }
     for (Section& block :
-         items_of(list_, "capsule", "all points within a radius of a line; its name behind the word")) {
+         items_of(list_, "capsule", "capsule <name> { ... }: all points within the radius of a line")) {
       Capsule capsule = begin(block, "capsule");
-      capsule.from = read_vector3(block.about("one end of the line [m]"), "from", std::nullopt, metres());
-      capsule.to = read_vector3(block.about("the other end [m]"), "to", std::nullopt, metres());
+      capsule.from = read_vector3(block.about("one end of the axis [m]"), "from", std::nullopt, metres());
+      capsule.to = read_vector3(block.about("other end of the axis [m]"), "to", std::nullopt, metres());
       end(block, capsule);
     }
     return std::move(capsules_);
@@ -63,14 +62,16 @@ class CapsuleReader {
   Capsule begin(Section& block, const std::string& kind) {
     Capsule capsule{"", kWorld, {}, {}, 0};
     if (asks_frames_)
-      capsule.frame = read_link(block.about("the link in whose axes it stands, and moves"), "frame", model_);
+      capsule.frame =
+          read_link(block.about("link with which the shape moves; coordinates are in the link's axes"),
+                    "frame", model_);
     capsule.name = block.value();
     if (capsule.name.empty()) capsule.name = kind + " " + std::to_string(capsules_.size() + 1);
     return capsule;
   }
 
   void end(Section& block, Capsule& capsule) {
-    capsule.radius = block.about("[m]").get<double>("radius", io::positive());
+    capsule.radius = block.about("radius [m]").get<double>("radius", io::positive());
     for (const Capsule& other : capsules_) {
       if (other.name == capsule.name)
         block.problem("", "'" + capsule.name + "' names two of '" + list_.path() + "', expected one");
@@ -98,7 +99,7 @@ const Capsule* capsule_named(Section& block, const std::string& name, const std:
 
 // apart "hand forearm": bodies that keep clear of each other.
 void read_apart(Section& block, double least, const RobotModel* model, Surroundings& around) {
-  block.about("names of two bodies that keep clear of each other; once a pair");
+  block.about("names of two bodies that must not touch each other; one line per pair");
   block.defer("pair", "two names", "");
   for (Section& pair : block.children("pair")) {
     std::istringstream words(pair.value());
@@ -148,23 +149,24 @@ std::string read_link(Section& block, const std::string& key, const RobotModel* 
 }
 
 std::vector<Thruster> read_thrusters(Section& file, const RobotModel* model) {
-  if (!file.about("forces along axes of the robot's frames, controls beside the joints'").has("thrusters"))
+  if (!file.about("thrusters: forces along axes of links, as additional controls").has("thrusters"))
     return {};
   Section list = file.child("thrusters");
   std::vector<Thruster> thrusters;
-  for (Section& block : items_of(list, "thruster", "one of them; its name behind the word")) {
+  for (Section& block : items_of(list, "thruster", "thruster <name> { ... }")) {
     Thruster thruster;
     thruster.name = block.value();
-    thruster.frame = read_link(block.about("the link at whose origin it pushes"), "frame", model);
+    thruster.frame = read_link(block.about("link at whose origin the thruster pushes"), "frame", model);
     if (thruster.name.empty()) thruster.name = thruster.frame;
-    thruster.axis = read_vector3(block.about("its direction in the link's axes, of any length"), "axis",
+    thruster.axis = read_vector3(block.about("direction in the link's axes, of any length"), "axis",
                                  Eigen::Vector3d::UnitZ());
     if (thruster.axis.isZero(0))
       block.problem("axis", "'thrusters.thruster.axis' is zero, expected a direction");
-    thruster.lower = block.about("least force [N]").get_or("lower", 0.0);
+    thruster.lower = block.about("smallest force [N]").get_or("lower", 0.0);
     thruster.upper =
-        block.about("most force [N]").get_or("upper", thruster.upper, io::or_infinite(io::Range{}));
-    block.about("about the axis, of each newton: a rotor's drag, with the sign of its turn [m]");
+        block.about("largest force [N]").get_or("upper", thruster.upper, io::or_infinite(io::Range{}));
+    block.about(
+        "moment about the axis per force, e.g. the drag of a rotor with the sign of its rotation [m]");
     thruster.moment = block.get_or("moment", 0.0);
     if (!(thruster.lower <= thruster.upper))
       block.problem("upper", "'thrusters.thruster.upper' is below 'lower'; expected the most force");
@@ -181,9 +183,9 @@ std::vector<Thruster> read_thrusters(Section& file, const RobotModel* model) {
 
 // Corners of the rectangle across the z axis that lies between two opposite ones.
 std::vector<Eigen::Vector3d> read_corners(Section& foot) {
-  foot.about("a corner, in the frame's axes [m]");
+  foot.about("a corner of the rectangle, in the link's axes [m]");
   const Eigen::Vector3d from = read_vector3(foot, "from", std::nullopt, metres());
-  foot.about("the opposite one, at the same z [m]");
+  foot.about("the opposite corner, at the same z [m]");
   const Eigen::Vector3d to = read_vector3(foot, "to", std::nullopt, metres());
   if (foot.sound() && (from.z() != to.z() || from.x() == to.x() || from.y() == to.y()))
     foot.problem("to", "'" + foot.path() + "': 'from' and 'to' are to differ in x and y and agree in z");
@@ -191,7 +193,8 @@ std::vector<Eigen::Vector3d> read_corners(Section& foot) {
 }
 
 std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model, Cones cones) {
-  Section block = file.about("points that the floor holds over the whole motion").child_or_empty("contacts");
+  Section block =
+      file.about("contacts that the floor holds during the whole motion").child_or_empty("contacts");
   std::vector<std::string> moving;
   if (model) {
     for (const auto& frame : model->frames) {
@@ -200,9 +203,10 @@ std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model, C
   }
   std::vector<HeldContact> contacts;
   for (const std::string& name :
-       distinct_names(block.about("links whose origins stay where they are at the start"), "points", moving))
+       distinct_names(block.about("links whose origins keep their initial positions"), "points", moving))
     contacts.push_back({.frame = name});
-  block.about("a foot that does not turn either: a link by name, and the rectangle that stands on the floor");
+  block.about(
+      "a flat foot, which does not rotate: the link's name, and the rectangle that stands on the floor");
   std::vector<Section> feet;
   if (block.has("foot")) feet = block.each("foot");
   for (Section& foot : feet) {
@@ -214,14 +218,18 @@ std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model, C
     contacts.push_back(std::move(contact));
   }
   const double friction =
-      block.about("coefficient").get_or("friction", HeldContact().friction, coefficients());
+      block.about("friction coefficient").get_or("friction", HeldContact().friction, coefficients());
   for (HeldContact& contact : contacts) contact.friction = friction;
   if (cones == Cones::kLimits) return contacts;
-  const double barrier =
-      block.about("weight of a logarithm that keeps forces within cones, in place of a limit; 0: a limit")
-          .get_or("barrier", 0.0, io::not_negative());
+  const double barrier = block
+                             .about(
+                                 "weight of a logarithmic barrier that keeps forces within the friction "
+                                 "cones; 0: a constraint instead")
+                             .get_or("barrier", 0.0, io::not_negative());
   double width = HeldContact().width;
-  block.about("with it: the room to the cone, as a part of the weight, below which it becomes a parabola");
+  block.about(
+      "of the barrier: margin to the cone, as a fraction of the robot's weight, below which the logarithm "
+      "becomes a parabola");
   if (barrier > 0 || !model) width = block.get_or("width", width, io::positive());
   for (HeldContact& contact : contacts) contact.barrier = barrier, contact.width = width;
   return contacts;
@@ -229,23 +237,22 @@ std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model, C
 
 std::optional<double> read_floor(Section& file) {
   Section block = file.child_or_empty("contacts");
-  block.about("height of the floor that contacts stand on [m]; absent: 0, and contacts elsewhere are noted");
+  block.about("height of the floor [m]; absent: 0, with a note for contacts at other heights");
   if (!block.has("floor")) return std::nullopt;
   return block.get<double>("floor", metres());
 }
 
 std::optional<FrameTarget> read_frame_target(Section& end, const RobotModel* model) {
-  if (!end.about("where a link of the robot shall be, in place of q; its name behind the word").has("frame"))
-    return std::nullopt;
+  if (!end.about("pose of a link, in place of q: frame <link> { ... }").has("frame")) return std::nullopt;
   Section block = end.child("frame");
   FrameTarget target;
   target.frame = block.value();
   if (target.frame.empty())
     block.problem("", "'" + block.path() + "' needs the name of a link behind the word");
   if (model && !target.frame.empty()) target.frame = known_frame(block, "", target.frame, *model);
-  if (block.about("of its origin, in the world [m]").has("position"))
+  if (block.about("position of its origin in the world [m]").has("position"))
     target.position = read_vector3(block, "position", std::nullopt, metres());
-  if (block.about("of its axes: roll, pitch and yaw, as URDF files have them [rad]").has("orientation")) {
+  if (block.about("orientation of its axes: roll, pitch and yaw as in URDF files [rad]").has("orientation")) {
     const Eigen::Vector3d angles = read_vector3(block, "orientation", std::nullopt);
     target.orientation = rotation_of(angles[0], angles[1], angles[2]);
   }
@@ -258,19 +265,19 @@ std::optional<FrameTarget> read_frame_target(Section& end, const RobotModel* mod
 
 Surroundings read_surroundings(Section& file, const RobotModel* model) {
   Surroundings around;
-  if (file.about("what stands in the world; every body keeps clear of all of it").has("obstacles")) {
+  if (file.about("obstacles in the world, which every body avoids").has("obstacles")) {
     Section block = file.child("obstacles");
     around.obstacles = CapsuleReader(block, false, model).read();
   }
-  if (file.about("what of the robot keeps clear of obstacles").has("bodies")) {
+  if (file.about("shapes of the robot that avoid the obstacles").has("bodies")) {
     Section block = file.child("bodies");
     CapsuleReader reader(block, true, model);
     around.bodies = reader.read();
-    block.about("least distance that is kept [m]");
+    block.about("smallest allowed distance [m]");
     const double least = block.get_or("clearance", 0.0, some_metres());
-    block.about("weight of a logarithm of the clearance, in place of a limit; 0: a limit");
+    block.about("weight of a logarithmic barrier of the distance; 0: a constraint instead");
     around.barrier = block.get_or("barrier", around.barrier, io::not_negative());
-    block.about("with it: the clearance below which it becomes a parabola [m]");
+    block.about("of the barrier: distance below which the logarithm becomes a parabola [m]");
     if (around.barrier > 0 || !model) around.width = block.get_or("width", around.width, io::positive());
     for (const Capsule& body : around.bodies) {
       if (!model || carrier_of(*model, body.frame) < 0) continue;  // what stands still runs into nothing
@@ -281,7 +288,8 @@ Surroundings read_surroundings(Section& file, const RobotModel* model) {
   }
   if (!model) return around;
   if (!around.obstacles.empty() && around.bodies.empty())
-    file.problem("obstacles", "'obstacles' stand in nobody's way; expected 'bodies' that keep clear of them");
+    file.problem("obstacles",
+                 "'obstacles' have no effect without 'bodies'; expected shapes of the robot in 'bodies'");
   if (!around.bodies.empty() && around.apart.empty())
     file.problem("bodies", "'bodies' keep clear of nothing; expected 'obstacles', or 'pair' in the block");
   return around;

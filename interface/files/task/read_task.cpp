@@ -50,7 +50,7 @@ bool take_scene(Section& file, TaskSpec& task, const std::string& name) {
 }  // namespace
 
 bool read_task_scene(Section& file, TaskSpec& task) {
-  file.about("a scene file that says robot, effects and actuated, in place of those keys here");
+  file.about("path of a scene file that gives robot, effects and actuated, in place of these keys");
   if (const std::string name = file.get_or("scene", ""); !name.empty()) return take_scene(file, task, name);
   const bool known = take_robot(read_scene_robot(file, task.file, Floating::kAllowed), task, task.scene);
   read_scene_keys(file, task.scene, {known ? &task.scene.model : nullptr, task.urdf, &task.left_out});
@@ -58,7 +58,7 @@ bool read_task_scene(Section& file, TaskSpec& task) {
 }
 
 std::string read_task_name(Section& file, const std::string& fallback) {
-  return file.about("of the task, in reports and pictures").get_or<std::string>("name", fallback);
+  return file.about("name of the task in reports and pictures").get_or<std::string>("name", fallback);
 }
 
 TaskSpec read_task_file(const std::string& text, const std::string& path,

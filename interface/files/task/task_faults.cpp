@@ -121,16 +121,16 @@ class SpecCheck {
       note("terms", "'" + term.name + "' moves its target; expected no phases, a given duration");
     if (!spec_.phases.empty() && term.at && *term.at > 0 && *term.at < 1)
       note("terms",
-           "'terms." + term.name + "' stands at a share of a motion in phases; expected running, start, end");
+           "'terms." + term.name + "' is at a fraction of a motion in phases; expected running, start, end");
   }
 
   void check_ddp() {
     if (!spec_.by_ddp) return;
-    const std::string method = ", which the method ddp does not know; expected ";
+    const std::string method = ", which the method ddp does not support; expected ";
     if (spec_.free_time)
       refuse("horizon.min_duration", "is of a duration to be found" + method + "a given one");
-    if (spec_.periodic) refuse("periodic", "is what the method ddp does not know");
-    if (!spec_.phases.empty()) refuse("phases", "are what the method ddp does not know");
+    if (spec_.periodic) refuse("periodic", "is not supported by the method ddp");
+    if (!spec_.phases.empty()) refuse("phases", "are not supported by the method ddp");
     if (spec_.robot.form == DynamicsForm::kInverse)
       refuse("transcription.dynamics", "has accelerations and equations for them" + method + "forward");
     if (spec_.optimise.mesh.hessian == HessianKind::kLimitedMemory)
@@ -153,7 +153,7 @@ class SpecCheck {
                 c.tracking_base_orientation ==
             0)
       refuse("goal", "is to be met at the end" + method +
-                         "weights that draw to it, in costs.tracking or costs.tracking.end");
+                         "weights of the distance from it, in costs.tracking or costs.tracking.end");
   }
 
   void check_rigid_contacts() {
@@ -207,8 +207,8 @@ TaskSpec completed(TaskSpec spec) {
 
 SpecFault limits_of_states(const std::string& key) {
   return {key, "'" + key +
-                   "' are limits of states, which the method ddp does not know; expected none, or the method "
-                   "riccati"};
+                   "' are limits of states, which the method ddp does not support; expected none, or the "
+                   "method riccati"};
 }
 
 }  // namespace dyntape

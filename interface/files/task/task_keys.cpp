@@ -25,32 +25,33 @@ using io::Section;
 using RobotModel = dynamics::Model<double>;
 
 RobotProblemOptions read_form(Section& file, const std::string& dynamics) {
-  Section horizon = file.about("the time that the motion has").child("horizon");
-  Section transcription =
-      file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
+  Section horizon = file.about("duration and mesh of the motion").child("horizon");
+  Section transcription = file.about("discretisation: how the motion becomes a nonlinear program")
+                              .child_or_empty("transcription");
   RobotProblemOptions options;
-  options.duration = horizon.about("from start to goal [s]").get<double>("duration", seconds());
-  options.form =
-      transcription
-          .about("dynamics as a constraint: accelerations from torques, or torques from accelerations")
-          .choice_or<DynamicsForm>(
-              "dynamics", dynamics,
-              {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}});
-  options.unit = transcription.about("unit of the controls: N m, or the fraction of the effort limit")
-                     .choice_or<ControlUnit>(
-                         "controls", "physical",
-                         {{"physical", ControlUnit::kPhysical}, {"fraction", ControlUnit::kFraction}});
+  options.duration = horizon.about("duration of the motion [s]").get<double>("duration", seconds());
+  options.form = transcription
+                     .about(
+                         "dynamics as a constraint: forward: accelerations from torques; inverse: torques "
+                         "from accelerations")
+                     .choice_or<DynamicsForm>(
+                         "dynamics", dynamics,
+                         {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}});
+  options.unit =
+      transcription.about("unit of the controls: physical: N m or N; fraction: fraction of the effort limit")
+          .choice_or<ControlUnit>(
+              "controls", "physical",
+              {{"physical", ControlUnit::kPhysical}, {"fraction", ControlUnit::kFraction}});
   return options;
 }
 
 // A duration that is to be found lies between two numbers, its first guess as well.
 std::optional<Problem::Range> read_free_time(Section& horizon, double duration) {
   Problem::Range range{};
-  range.shortest =
-      horizon.about("where the duration is to be found, the shortest it may be [s]; 0: it is given")
-          .get_or("min_duration", 0.0, some_seconds());
-  range.longest =
-      horizon.about("and the longest [s]; 0: it is given").get_or("max_duration", 0.0, some_seconds());
+  range.shortest = horizon.about("smallest duration, if the duration is free [s]; 0: the duration is given")
+                       .get_or("min_duration", 0.0, some_seconds());
+  range.longest = horizon.about("largest duration, if the duration is free [s]; 0: the duration is given")
+                      .get_or("max_duration", 0.0, some_seconds());
   if (range.shortest == 0 && range.longest == 0) return {};
   if (range.shortest == 0 || range.longest == 0) {
     const char *key = range.shortest > 0 ? "min_duration" : "max_duration",
@@ -105,8 +106,9 @@ void read_base_at(Section& end, End which, const RobotModel* model, Eigen::Vecto
     if (model && !end.has("base"))
       end.problem("base", "'goal.base' is missing; expected where the floating base shall be");
     Section block = end.child_or_empty("base");
-    open = distinct_names(block.about("which of the four are left open"), "free",
-                          {"position", "roll_pitch_yaw", "velocity", "angular_velocity"});
+    open = distinct_names(
+        block.about("which of position, roll_pitch_yaw, velocity and angular_velocity are free"), "free",
+        {"position", "roll_pitch_yaw", "velocity", "angular_velocity"});
   }
   if (!model) return;
   Eigen::VectorXd q = x.head(model->nq), v = x.tail(model->nv);
@@ -122,8 +124,10 @@ void read_base_at(Section& end, End which, const RobotModel* model, Eigen::Vecto
 
 // What a goal does not say of planar joints is left open.
 void place_planar_joints(Section& end, End which, const RobotModel* model, Eigen::VectorXd& x) {
-  end.about(which == End::kGoal ? "where a planar joint is, a block each; those without one are left open"
-                                : "where a planar joint is, a block each; others are where they are neutral");
+  end.about(which == End::kGoal
+                ? "state of a planar joint, one block per joint; joints without a block are free"
+                : "state of a planar joint, one block per joint; joints without a block are at their neutral "
+                  "position");
   Eigen::VectorXd q, v;
   if (model) q = x.head(model->nq), v = x.tail(model->nv);
   const std::vector<std::string> placed = read_planar(end, model, q, v);
@@ -146,11 +150,11 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
     all.insert(all.end(), planar.begin(), planar.end());
   }
   const std::vector<std::string> open =
-      distinct_names(end.about("joints whose position and velocity are left open"), "free", all);
+      distinct_names(end.about("joints whose position and velocity are free"), "free", all);
   Eigen::VectorXd q, x;
-  end.about("positions [rad or m]; joints that are left open need none");
+  end.about("joint positions [rad or m]; not needed for free joints");
   if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, fallback, {}, open);
-  const Eigen::VectorXd v = read_joint_values(end.about("velocities [rad/s or m/s]"), "v", model, 0.0);
+  const Eigen::VectorXd v = read_joint_values(end.about("joint velocities [rad/s or m/s]"), "v", model, 0.0);
   if (model) {
     x.resize(model->nq + model->nv);
     x << (q.size() ? configuration_of(*model, q) : dynamics::neutral(*model)), v;
@@ -166,8 +170,7 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
 
 // The state at the end of a motion or a phase, or a frame's place in it.
 template <class Keys>
-void read_goal(Section& of, Keys& keys, const RobotModel* model,
-               const char* meaning = "the state at the end") {
+void read_goal(Section& of, Keys& keys, const RobotModel* model, const char* meaning = "final state") {
   Section goal = of.about(meaning).child("goal");
   keys.target = read_frame_target(goal, model);
   if (keys.target && goal.has("q") && model)
@@ -180,10 +183,10 @@ TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, c
   TaskSpec::Phase p;
   p.name = phase.value();
   if (p.name.empty()) phase.problem("", "'" + phase.path() + "' needs a name behind the word");
-  p.duration = phase.about("of the phase [s]; absent: the horizon's")
+  p.duration = phase.about("duration of the phase [s]; absent: the duration of `horizon`")
                    .get_or("duration", task.robot.duration, seconds());
-  p.intervals =
-      phase.about("absent: the horizon's").get_or("intervals", task.optimise.mesh.intervals, io::at_least(1));
+  p.intervals = phase.about("number of intervals; absent: the number of `horizon`")
+                    .get_or("intervals", task.optimise.mesh.intervals, io::at_least(1));
   if (const std::string fault = task.optimise.mesh.scheme.fault_on(p.intervals); !fault.empty())
     phase.problem("intervals", fault);
   const bool is_of_horizon =
@@ -192,16 +195,17 @@ TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, c
   if (is_of_horizon) p.free_time = task.free_time;
   std::vector<std::string> contacts;
   for (const HeldContact& contact : task.robot.contacts) contacts.push_back(contact.frame);
-  phase.about("those of 'contacts' that are held during it; absent: all");
+  phase.about("contacts of the block `contacts` that hold during the phase; absent: all");
   p.hold = phase.has("contacts") && model ? distinct_names(phase, "contacts", contacts) : contacts;
   if (!model) phase.get_or("contacts", "");
   p.impact =
       phase
           .about(
-              "whether what lands hits the floor, and its velocity ends there; off: it comes to rest before")
+              "whether a contact that lands at the begin of the phase has an impact; off: it lands at rest")
           .get_or("impact", false);
-  Section lands = phase.about("by how much a contact lands beside where it stood before, by its name [m]")
-                      .child_or_empty("foothold_offset");
+  Section lands =
+      phase.about("displacement of a contact's foothold from its previous one, by the contact's name [m]")
+          .child_or_empty("foothold_offset");
   for (const std::string& name : contacts)
     if (model && !name.empty() && lands.has(name))
       p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt, metres()));
@@ -216,11 +220,10 @@ TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, c
 }
 
 void read_phases(Section& file, TaskSpec& task, const RobotModel* model) {
-  if (!file.about("the motion in phases, one after another, each with contacts and a duration of its own")
-           .has("phases"))
+  if (!file.about("phases of the motion, in order, each with its own contacts and duration").has("phases"))
     return;
   Section block = file.child("phases");
-  std::vector<Section> phases = block.about("its name behind the word").each("phase");
+  std::vector<Section> phases = block.about("phase <name> { ... }").each("phase");
   for (std::size_t k = 0; k < phases.size(); ++k) {
     task.phases.push_back(read_phase(phases[k], task, k + 1 == phases.size(), model));
     if (model && task.robot.contacts.empty() && phases[k].has("contacts") && !task.phases[k].hold.empty())
@@ -231,17 +234,19 @@ void read_phases(Section& file, TaskSpec& task, const RobotModel* model) {
 }
 
 TaskSpec::Guess read_guess(Section& file) {
-  Section guess = file.about("where the solver begins").child_or_empty("guess");
-  guess.about("from start to goal").choice_or<int>("positions", "line", {{"line", 0}});
-  const bool slope = guess.about("at rest, or the slope of the line")
+  Section guess = file.about("initial guess").child_or_empty("guess");
+  guess.about("positions: a straight line from start to goal")
+      .choice_or<int>("positions", "line", {{"line", 0}});
+  const bool slope = guess.about("velocities: zero, or the slope of the line")
                          .choice_or<bool>("velocities", "zero", {{"zero", false}, {"slope", true}});
-  guess.about("none, or what holds the robot against gravity");
+  guess.about("controls: zero, or the torques that hold the robot against gravity");
   return {slope, guess.choice_or<bool>("control", "zero", {{"zero", false}, {"gravity", true}})};
 }
 
 Limit read_limit(Section& bounds, const std::string& key, const std::string& what) {
   const std::string word =
-      bounds.about("of " + what + ": none, robot (its file's), or a number for all").get_or(key, "robot");
+      bounds.about("limit of " + what + ": none, robot (the limits of its file), or one number for all")
+          .get_or(key, "robot");
   if (word == "none") return {.robot = false};
   if (word == "robot") return {};
   const std::optional<double> value = io::parse_double(word);
@@ -251,39 +256,37 @@ Limit read_limit(Section& bounds, const std::string& key, const std::string& wha
 }
 
 TaskSpec::Limits read_limits(Section& file) {
-  Section bounds = file.about("limits of the motion").child_or_empty("bounds");
+  Section bounds = file.about("bounds of the motion").child_or_empty("bounds");
   TaskSpec::Limits limits;
-  limits.positions = read_limit(bounds, "positions", "positions [rad or m]");
-  limits.velocities = read_limit(bounds, "velocities", "velocities [rad/s or m/s]");
+  limits.positions = read_limit(bounds, "positions", "joint positions [rad or m]");
+  limits.velocities = read_limit(bounds, "velocities", "joint velocities [rad/s or m/s]");
   limits.efforts = read_limit(bounds, "efforts", "controls [N m or N]");
   return limits;
 }
 
 TaskSpec::ModelSettings read_model_settings(Section& file) {
-  Section block = file.about("compiled libraries, as OCS2 spells it").child_or_empty("model_settings");
+  Section block = file.about("compiled libraries, with OCS2's names").child_or_empty("model_settings");
   TaskSpec::ModelSettings settings;
-  block.about(
-      "compile the dynamics again even if the cache has them (another name of recompileLibrariesCppAd)");
+  block.about("another name of recompileLibrariesCppAd");
   if (block.has("recompileLibraries")) settings.recompile_libraries = block.get<bool>("recompileLibraries");
-  settings.recompile_libraries = block.about("compile the dynamics again even if the cache has them")
+  settings.recompile_libraries = block.about("compile the functions again even if the cache has them")
                                      .get_or("recompileLibrariesCppAd", settings.recompile_libraries);
-  settings.model_folder =
-      block.about("the cache; empty: the usual one").get_or("modelFolderCppAd", settings.model_folder);
-  settings.verbose = block.about("say what is compiled").get_or("verboseCppAd", settings.verbose);
+  settings.model_folder = block.about("folder of the cache; empty: the usual folder")
+                              .get_or("modelFolderCppAd", settings.model_folder);
+  settings.verbose = block.about("print what is compiled").get_or("verboseCppAd", settings.verbose);
   return settings;
 }
 
 void read_accuracy(Section& verify, TaskSpec::VerifyOptions& demands) {
   verify.about(
-      "most that an interval differs from its re-simulation, relative to the motion's nominal values");
+      "largest difference of an interval from its re-simulation, relative to the motion's nominal values");
   demands.integration_error =
       verify.get_or("integration_error", demands.integration_error, io::or_infinite(io::positive()));
   verify.about(
-      "most that an inequality or a bound is passed between points, relative to how far the motion moves "
-      "there");
+      "largest violation of an inequality or bound between points, relative to the motion's movement there");
   demands.between = verify.get_or("between_nodes", demands.between, io::or_infinite(io::positive()));
   verify.about(
-      "most that the cost differs from the integral along the motion, relative to the sum of all costs");
+      "largest difference of the cost from the integral along the motion, relative to the sum of all costs");
   demands.cost_error = verify.get_or("cost_error", demands.cost_error, io::or_infinite(io::positive()));
 }
 
@@ -291,58 +294,59 @@ void refuse_accuracy(Section& verify) {
   for (const char* key : {"integration_error", "between_nodes", "cost_error"}) {
     if (verify.has(key))
       verify.problem(key, std::string("'") + key +
-                              "' is of motions without rigid contacts; of these the simulation of the scene "
-                              "tells what they are off by, expected 'simulation_error'");
+                              "' is for motions without rigid contacts; for motions with rigid contacts "
+                              "expected 'simulation_error', which compares with a simulation of the scene");
   }
 }
 
 void read_simulation(Section& verify, TaskSpec::VerifyOptions& demands) {
   verify.about(
-      "of a scene with rigid contacts: most that a position is off when its torques drive the scene's "
-      "simulation, relative to how far it moves, and most of the contacts' impulse that acts from a "
+      "for a scene with rigid contacts: largest error of a position when the torques drive the simulated "
+      "scene, relative to its movement; also the largest fraction of the contacts' impulse that acts at a "
       "distance");
   demands.simulation = verify.get_or("simulation_error", demands.simulation, io::or_infinite(io::positive()));
-  verify.about("with which the driven joints follow their motion in it, beside its torques [N m/rad or N/m]");
+  verify.about("stiffness of a servo that is added to the torques in that simulation [N m/rad or N/m]");
   demands.servo_stiffness = verify.get_or("servo_stiffness", demands.servo_stiffness, io::not_negative());
-  verify.about("likewise [N m s/rad or N s/m]");
+  verify.about("damping of that servo [N m s/rad or N s/m]");
   demands.servo_damping = verify.get_or("servo_damping", demands.servo_damping, io::not_negative());
 }
 
 // What is of rigid contacts is asked of tasks with some, and stands in the list of keys.
 void read_demands(Section& file, TaskSpec::VerifyOptions& demands, bool has_contacts, bool is_list) {
-  Section verify = file.about("what the finished motion has to fulfil").child_or_empty("verify");
-  verify.about(
-      "most that it breaks a constraint by, computed anew, relative to the program's nominal values");
+  Section verify = file.about("requirements on the finished motion").child_or_empty("verify");
+  verify.about("largest violation of a constraint, recomputed, relative to the program's nominal values");
   demands.violation = verify.get_or("violation", demands.violation, io::positive());
   if (has_contacts)
     refuse_accuracy(verify);
   else
     read_accuracy(verify, demands);
-  verify.about("how often the mesh is refined until it does not");
+  verify.about("largest number of mesh refinements");
   demands.refinements = verify.get_or("max_refinements", demands.refinements, io::between(0, 10));
-  verify.about("most that a motion by method ddp ends from the goal, relative to how far it moves");
+  verify.about("of method ddp: largest distance from the goal at the end, relative to the movement");
   demands.goal = verify.get_or("goal_error", demands.goal, io::or_infinite(io::positive()));
   if (has_contacts || is_list) read_simulation(verify, demands);
-  verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");
+  verify.about(
+      "whether the motion must keep the robot's limits and the clearances also between points, and limits "
+      "that `bounds` does not impose");
   demands.limits = verify.get_or("limits", demands.limits);
 }
 
 void read_output(Section& file, TaskSpec& task, const RobotModel* model) {
-  Section output = file.about("the pictures").child_or_empty("output");
+  Section output = file.about("pictures").child_or_empty("output");
   std::vector<std::string> frames;
   if (model) {
     for (const auto& frame : model->frames) frames.push_back(frame.name);
   }
-  output.about("frames whose paths are drawn");
+  output.about("links whose paths are drawn");
   task.traces = distinct_names(output, "trace", frames);
-  task.view = output.about("plane that the motion is seen in")
+  task.view = output.about("view of the motion: a plane, or oblique")
                   .choice_or<View>(
                       "view", "xz",
                       {{"xz", View::kXz}, {"xy", View::kXy}, {"yz", View::kYz}, {"oblique", View::kOblique}});
 }
 
 void read_scheme(Section& transcription, const std::string& default_scheme, MeshOptions& mesh) {
-  transcription.about("what connects neighbouring points: " + listed_schemes());
+  transcription.about("discretisation scheme: " + listed_schemes());
   const std::string scheme = transcription.get_or("scheme", default_scheme);
   try {
     mesh.scheme = scheme_by_name(scheme);
@@ -358,13 +362,14 @@ void read_scheme(Section& transcription, const std::string& default_scheme, Mesh
 MeshOptions read_mesh(Section& file, WithLimitedMemory with, const std::string& default_scheme) {
   Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
   MeshOptions mesh;
-  mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
+  mesh.intervals =
+      horizon.about("number of intervals, of equal length").get<int>("intervals", io::at_least(1));
   read_scheme(transcription, default_scheme, mesh);
   std::vector<std::pair<std::string, HessianKind>> kinds = {{"exact", HessianKind::kExact},
                                                             {"gauss_newton", HessianKind::kGaussNewton}};
   if (with == WithLimitedMemory::kYes) kinds.emplace_back("limited_memory", HessianKind::kLimitedMemory);
-  mesh.hessian = transcription.about("second derivatives that the solver gets")
-                     .choice_or<HessianKind>("hessian", "exact", kinds);
+  mesh.hessian =
+      transcription.about("Hessian for the solver").choice_or<HessianKind>("hessian", "exact", kinds);
   return mesh;
 }
 
@@ -382,15 +387,15 @@ void read_task_keys(Section& file, TaskSpec& task, const RobotModel* model) {
   task.robot.contacts = read_contacts(file, model);
   task.floor = read_floor(file);
   read_continuation(file, task, model);
-  Section start = file.about("the state at the beginning").child("start");
+  Section start = file.about("initial state").child("start");
   task.start = read_end(start, End::kStart, false, model);
   task.periodic = read_periodic(file, task, model);
   const bool has_goal = file.has("goal");
   if (has_goal || !(task.periodic || (model && (file.has("reference") || file.has("terms")))))
-    read_goal(file, task, model, "the state at the end; may be absent where a reference, or terms, say it");
+    read_goal(file, task, model, "final state; may be absent if there is a reference or terms");
   if (has_goal)
     task.has_soft_goal = file.child("goal")
-                             .about("of method ddp: costs draw to it, and it need not be met")
+                             .about("of method ddp: the goal is only a cost, the motion may end elsewhere")
                              .get_or("soft", false);
   read_phases(file, task, model);
   read_walk(file, task, model);
@@ -407,10 +412,10 @@ void read_task_keys(Section& file, TaskSpec& task, const RobotModel* model) {
   task.control = read_control(file, [model](Section& push) { return read_hit(push, model); });
   read_plant(file, task, model);
   read_demands(file, task.demands, task.simulated != nullptr, model == nullptr);
-  if (file.about("a known optimum to compare with").has("expected")) {
+  if (file.about("a known optimum, which is compared with the result").has("expected")) {
     Section expected = file.child("expected");
-    const double cost = expected.about("of the optimum").get<double>("cost");
-    expected.about("most that the cost differs by");
+    const double cost = expected.about("cost of the optimum").get<double>("cost");
+    expected.about("largest difference of the cost");
     task.expected = {cost, expected.get<double>("tolerance", io::positive())};
   }
   if (!model) return;

@@ -83,8 +83,8 @@ constexpr TermKind kTermKinds[] = {
        return away(a, [&](const Eigen::Vector3d& p) { return frame_position(scene, a.frame, p); });
      },
      Moves::kPlace},
-    {"frame_orientation", "the turn of a link away from roll, pitch and yaw in target [rad]", true, false,
-     false, xyz,
+    {"frame_orientation", "rotation of a link from roll, pitch and yaw in target, as a rotation vector [rad]",
+     true, false, false, xyz,
      [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
        if (!a.moving.empty()) return moving_frame_orientation(scene, a.frame, a.moving);
        return frame_orientation(scene, a.frame, rotation_of(a.target[0], a.target[1], a.target[2]));
@@ -95,7 +95,8 @@ constexpr TermKind kTermKinds[] = {
      [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
        return less(frame_velocity(scene, a.frame, a.in), a.target);
      }},
-    {"looks_at", "how far an axis of a link points past a place, tan(angle / 2)", true, false, true, aside,
+    {"looks_at", "direction error between an axis of a link and the line to a point, tan(angle / 2)", true,
+     false, true, aside,
      [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
        return frame_looks_at(scene, a.frame, a.axis, a.place);
      }},
@@ -104,29 +105,29 @@ constexpr TermKind kTermKinds[] = {
        return away(a, [&](const Eigen::Vector3d& p) { return com_position(scene, p); });
      },
      Moves::kPlace},
-    {"momentum", "of the whole robot, linear and about its centre of mass [kg m/s, kg m^2/s]", false, false,
-     false, linear_angular,
+    {"momentum", "momentum of the robot: linear, and angular about its centre of mass [kg m/s, kg m^2/s]",
+     false, false, false, linear_angular,
      [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
        return centroidal_momentum(scene, Eigen::Matrix<double, 6, 1>(a.target));
      }},
-    {"joint_position", "of joints [rad or m]", false, false, false, joints,
+    {"joint_position", "positions of joints [rad or m]", false, false, false, joints,
      [](const RobotScene& scene, ControlUnit, const TermAsked& a) { return joints_off(scene, a.target); }},
-    {"joint_velocity", "of joints [rad/s or m/s]", false, false, false, joints,
+    {"joint_velocity", "velocities of joints [rad/s or m/s]", false, false, false, joints,
      [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
        return less(joint_velocities(scene), a.target);
      }},
-    {"torque", "of driven joints [N m or N]", false, false, false, driven,
+    {"torque", "torques of driven joints [N m or N]", false, false, false, driven,
      [](const RobotScene& scene, ControlUnit unit, const TermAsked& a) {
        return less(joint_torque(scene, unit), a.target);
      }},
-    {"power", "of driven joints, torque times velocity [W]", false, false, false, driven,
+    {"power", "power of driven joints, torque times velocity [W]", false, false, false, driven,
      [](const RobotScene& scene, ControlUnit unit, const TermAsked& a) {
        return less(joint_power(scene, unit), a.target);
      }},
 };
 
 std::string kinds_with_meanings() {
-  std::string text = "what it is a function of, less target:";
+  std::string text = "the function, from which target is subtracted:";
   for (const TermKind& kind : kTermKinds)
     text += std::string(&kind == kTermKinds ? " " : "; ") + kind.name + ", " + kind.meaning;
   return text;
@@ -136,36 +137,42 @@ struct TermKey {
   const char *key, *takes, *fallback, *meaning;
 };
 constexpr TermKey kTermKeys[] = {
-    {"frame", "name of a link", "", "of the frame_ kinds and looks_at"},
+    {"frame", "name of a link", "",
+     "of frame_position, frame_orientation, frame_velocity and looks_at: the link"},
     {"in", "world | local | aligned", "aligned",
-     "point and axes of frame_velocity: the world's, the link's, or the link's origin in the world's axes"},
-    {"axis", "three numbers \"x y z\"", "0 0 1",
-     "of looks_at: the direction in the link's axes, of any length"},
-    {"place", "three numbers \"x y z\"", "", "of looks_at: where it looks, in the world [m]"},
-    {"target", "numbers", "0", "what is subtracted, one number an entry, or one for all"},
+     "of frame_velocity: point and axes of the world, of the link, or the link's origin with the world's "
+     "axes"},
+    {"axis", "three numbers \"x y z\"", "0 0 1", "of looks_at: direction in the link's axes, of any length"},
+    {"place", "three numbers \"x y z\"", "", "of looks_at: the point to look at, in the world [m]"},
+    {"target", "numbers", "0",
+     "the desired value, which is subtracted: one number per entry, or one for all"},
     {"moves", "still | circle | file", "still",
-     "how the target goes with time, of frame_position, frame_orientation and com: on a circle about target, "
-     "or by a table"},
-    {"radius", "a number, positive", "0.1", "of the circle [m]"},
-    {"period", "a number, positive", "", "of the circle, once round [s]"},
-    {"normal", "three numbers \"x y z\"", "0 0 1", "of the circle's plane, of any length"},
+     "of frame_position, frame_orientation and com: the target is constant, moves on a circle about target, "
+     "or is given by a table"},
+    {"radius", "a number, positive", "0.1", "radius of the circle [m]"},
+    {"period", "a number, positive", "", "time of one revolution [s]"},
+    {"normal", "three numbers \"x y z\"", "0 0 1", "normal of the circle's plane, of any length"},
     {"file", "name of a table", "",
-     "of the target: columns t [s] and x, y, z [m], or roll, pitch, yaw [rad]; a path from here"},
+     "path of a table with columns t [s] and x, y, z [m], or roll, pitch, yaw [rad]; relative to the folder "
+     "of this file"},
     {"entries", "names", "",
-     "those that count, x y z of places, turn_x ... of what turns, else names of joints; none named: all"},
-    {"role", "cost | equality | inequality", "cost", "a weight, zero, or between lower and upper"},
+     "entries that are used: x y z of positions, turn_x ... of rotations, otherwise names of joints; absent: "
+     "all"},
+    {"role", "cost | equality | inequality", "cost",
+     "cost: weighted; equality: equal to zero; inequality: between lower and upper"},
     {"where", "running | start | end | at", "running",
-     "all along, costs integrated over time; or at one instant"},
-    {"at", "a number, between 0 and 1", "", "that instant, a share of the duration"},
+     "running: during the whole motion (costs are integrated over time); start, end, at: at one instant"},
+    {"at", "a number, between 0 and 1", "", "the instant, as a fraction of the duration"},
     {"lower", "numbers", "",
-     "least value, one number an entry, or one for all; of a cost: beyond it, it costs"},
-    {"upper", "numbers", "", "likewise the most"},
-    {"weight", "a number, positive", "1", "of a cost; of the penalty barrier its mu"},
+     "lower bound, one number per entry or one for all; of a cost: only values below it cost"},
+    {"upper", "numbers", "", "upper bound, likewise"},
+    {"weight", "a number, positive", "1", "weight of a cost; of a barrier: its factor mu"},
     {"penalty", "quadratic | huber | absolute | barrier", "quadratic",
-     "how a cost grows with what is lacking: squares; squares, then straight on; straight on; or away from "
-     "lower and upper before they are reached, by a logarithm"},
+     "growth of a cost: quadratic; huber: quadratic, then linear; absolute: linear; barrier: logarithm of "
+     "the distance to lower and upper"},
     {"width", "a number, positive", "0.01",
-     "where huber and absolute turn straight; where the barrier becomes a parabola"},
+     "of huber and absolute: value from which the cost is linear; of a barrier: distance below which it "
+     "becomes a parabola"},
 };
 
 Section& about_term(Section& block, const char* key) {
@@ -411,10 +418,10 @@ void add(const TermSpec& spec, const TaskSpec& task, Problem& problem) {
 }
 
 std::vector<TermSpec> read_terms(Section& file, const TaskSpec& task, const RobotModel* model) {
-  if (!file.about("ready terms").has("terms")) return {};
+  if (!file.about("costs and constraints by ready-made functions").has("terms")) return {};
   Section list = file.child("terms");
   std::vector<TermSpec> terms;
-  if (!list.about("one of them; its name behind the word").has("term")) return {};
+  if (!list.about("term <name> { ... }").has("term")) return {};
   for (Section& block : list.each("term")) read_term(block, task, model, terms);
   return terms;
 }

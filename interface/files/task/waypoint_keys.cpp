@@ -50,18 +50,18 @@ void take_table(const std::string& path, const RobotModel& model, ReferenceMotio
 }  // namespace
 
 std::vector<TaskWaypoint> read_waypoints(Section& file, const RobotModel* model) {
-  if (!file.about("where the motion passes on its way").has("waypoints")) return {};
+  if (!file.about("states or poses that the motion passes").has("waypoints")) return {};
   Section list = file.child("waypoints");
   std::vector<TaskWaypoint> waypoints;
-  if (!list.about("one of them; its name behind the word").has("waypoint")) return {};
+  if (!list.about("waypoint <name> { ... }").has("waypoint")) return {};
   for (Section& block : list.each("waypoint")) {
     TaskWaypoint w;
     w.name = block.value();
     if (w.name.empty()) w.name = std::to_string(waypoints.size() + 1);
-    w.at = block.about("when, as a share of the duration").get<double>("at", kOnTheWay);
+    w.at = block.about("time, as a fraction of the duration").get<double>("at", kOnTheWay);
     const bool has_frame = block.has("frame");
     w.target = read_frame_target(block, model);
-    block.about("positions of the joints, in place of frame [rad or m]");
+    block.about("joint positions, in place of frame [rad or m]");
     if (!model) {
       block.defer("q", "numbers by joint", "");
     } else if (!has_frame || block.has("q")) {
@@ -103,16 +103,18 @@ VectorXd ReferenceMotion::at(double time) const {
 
 std::optional<ReferenceMotion> read_reference(Section& file, const std::string& task_file, bool is_free_time,
                                               const RobotModel* model) {
-  if (!file.about("a motion that is followed").has("reference")) return {};
+  if (!file.about("a motion to follow").has("reference")) return {};
   Section block = file.child("reference");
   ReferenceMotion reference;
-  const std::string name =
-      block.about("a table with columns t, q.<joint>, v.<joint>, as solve writes it; a path from here")
-          .get<std::string>("file");
-  const VectorXd w_q = read_joint_values(block.about("weights of the squared distance of positions"), "q",
-                                         model, 0.0, io::not_negative());
-  const VectorXd w_v =
-      read_joint_values(block.about("likewise of velocities"), "v", model, 0.0, io::not_negative());
+  const std::string name = block
+                               .about(
+                                   "path of a table with columns t, q.<joint>, v.<joint>, as `dyntape solve` "
+                                   "writes it; relative to the folder of this file")
+                               .get<std::string>("file");
+  const VectorXd w_q = read_joint_values(block.about("weights of the squared position errors"), "q", model,
+                                         0.0, io::not_negative());
+  const VectorXd w_v = read_joint_values(block.about("weights of the squared velocity errors"), "v", model,
+                                         0.0, io::not_negative());
   if (!model || name.empty()) return {};
   if (!is_on_lines(*model)) {
     block.problem(

@@ -90,12 +90,12 @@ std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p,
 }
 
 nb::object rows_of_state(const ProblemSolution& s, int first, int count, const char* what) {
-  if (!s.of->is_robot) throw ArgumentError(std::string(what) + ": it is of a robot's problem; expected x");
+  if (!s.of->is_robot) throw ArgumentError(std::string(what) + ": only for a robot's problem; expected x");
   return rows_of(s.solution->motion.x.middleRows(first, count));
 }
 
 std::string page(const ProblemSolution& s) {
-  if (!s.of->is_robot) throw ArgumentError("page: it is of a robot's problem; there is nothing to draw");
+  if (!s.of->is_robot) throw ArgumentError("page: only for a robot's problem; there is nothing to draw");
   const nb::gil_scoped_release unlocked;
   PlayerInput input;
   input.title = s.problem.name;

@@ -72,7 +72,7 @@ void add_inequality(P& p, const std::string& name, nb::handle f, nb::handle lowe
 }
 
 const RobotScene& scene_of(const P& p, const char* what) {
-  if (!p.is_robot) throw ArgumentError(std::string(what) + ": it is of a robot's problem (robot.problem)");
+  if (!p.is_robot) throw ArgumentError(std::string(what) + ": only for a robot's problem (robot.problem)");
   return p.scene;
 }
 

@@ -45,7 +45,7 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
                            const std::function<void(double t)>& watch) {
   if (!task.closing.empty())
     throw ArgumentError("task \"" + task.name +
-                        "\": a motion that goes on for ever ('periodic') is not known to a controller");
+                        "\": a controller does not support periodic motions ('periodic')");
   if (!task.phases.empty())
     throw ArgumentError("task \"" + task.name +
                         "\" has phases, which no controller knows; expected a task without, or a file with a "

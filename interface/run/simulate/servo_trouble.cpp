@@ -73,7 +73,7 @@ std::string servo_trouble(const Scene& scene, const MatrixXd& A, const MatrixXd&
     const double middle = std::sqrt(holds * grows);
     (servo.at(middle).modes > own ? grows : holds) = middle;
   }
-  return "motors that follow a table are told once a step, and at this stiffness and damping what is off "
+  return "motors that follow a table get one command per step; with this stiffness and damping the error "
          "then grows at " +
          io::with_digits(growth.rate, 3) + " 1/s; they hold the robot in steps of at most " +
          io::with_digits(holds, 3) + " s; got steps of " + io::shortest(scene.step) + " s";

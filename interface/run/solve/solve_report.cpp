@@ -158,7 +158,7 @@ void tell_optimality(const SolveReport& report, io::Facts& facts) {
   if (const auto& ddp = report.ddp) {
     facts.say("largest slope by a control", io::scientific(ddp->slope));
     facts.say("from the goal at the end",
-              io::significant(ddp->off_goal, 3) + " (costs draw to it; norm over what it gives)");
+              io::significant(ddp->off_goal, 3) + " (only a cost; norm over the coordinates of the goal)");
     facts["ddp"] = {
         {"slope", ddp->slope},
         {"is_minimum", ddp->is_minimum ? ordered_json(*ddp->is_minimum) : ordered_json(nullptr)},
@@ -179,8 +179,7 @@ void tell_truth(const SolveReport& report, io::Facts& facts) {
   const Verification& v = report.solution.verification;
   facts.say("true defect, re-simulated",
             io::scientific(v.worst_defect) + " (" +
-                (v.trouble.empty() ? "worst interval, in the unit of the state that it is of" : v.trouble) +
-                ")");
+                (v.trouble.empty() ? "worst interval, in the unit of its state" : v.trouble) + ")");
   facts["integration_error"] = v.worst_defect;
   facts.say("true defect, of the motion", defect_text(report));
   facts["relative_defect"] = {{"value", v.worst_relative},

@@ -128,7 +128,7 @@ void RigidStepper::take(const Piece& piece, double h, VectorXd& end) {
   if (closest_.off > kRounded) {
     throw RigidFailure{"the forces of " + std::to_string(piece.closed.size()) +
                        " closed contacts or stops are not found in " + std::to_string(kMostRounds) +
-                       " rounds, what is left is " + io::with_digits(last, 3) +
+                       " rounds, the residual is " + io::with_digits(last, 3) +
                        " m/s; take shorter steps, or an implicit integrator"};
   }
   // Rounds that end among rounding errors may pass the best of them on the way.
@@ -190,8 +190,7 @@ bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, do
   }
   if (!solved) {
     throw RigidFailure{
-        "the closed contacts and stops contradict each other: no forces obey their laws, what is "
-        "left is " +
+        "the closed contacts and stops contradict each other: no forces obey their laws, the residual is " +
         io::with_digits(solver_.residual(), 3) + " m/s"};
   }
   forces_(piece.rows) = forces;
@@ -378,7 +377,7 @@ dynamics::ImpactImpulses RigidStepper::push(double t, VectorXd& x, const std::ve
                                                  (J.cwiseAbs() * v.cwiseAbs()).maxCoeff());
   if (!impact.solved) {
     throw RigidFailure{"the impact of " + std::to_string(contacts.size()) +
-                       " contacts or stops has no impulses that obey their laws; what is left is " +
+                       " contacts or stops has no impulses that obey their laws; the residual is " +
                        io::with_digits(solver_.residual(), 3) + " m/s"};
   }
   v += K * impact.p;

@@ -239,7 +239,7 @@ bool AdaptiveSteps::fails(Cvodes::Outcome outcome, double s) {
     case Cvodes::Outcome::kOther:
       break;
   }
-  return fails("the integrator gives up at " + at(s));
+  return fails("the integrator stopped at " + at(s));
 }
 
 }  // namespace dyntape

@@ -39,7 +39,7 @@ constexpr int kDone = 0, kTryShorter = 1;  // what callbacks return
 constexpr int kMostErrorFailures = 30, kMostSolverFailures = 50;
 
 void require(bool done) {
-  if (!done) throw std::runtime_error("SUNDIALS refuses what it is asked for");
+  if (!done) throw std::runtime_error("SUNDIALS refuses the options");
 }
 
 template <class Handle>

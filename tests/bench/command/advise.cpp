@@ -79,17 +79,19 @@ void add_advise(CLI::App& app) {
       ->required()
       ->check(not_empty())
       ->type_name("TASK.info");
-  command->add_option("--digits", wanted->digits, "of the cost and of the motion, relative")
+  command->add_option("--digits", wanted->digits, "required correct digits of cost and motion")
       ->transform(whole_number(1, 10))
       ->capture_default_str();
+  command->add_option("--solves", wanted->how.solves, "number of solves per compilation")
+      ->transform(positive_number())
+      ->capture_default_str();
   command
-      ->add_option("--solves", wanted->how.solves, "how often the task is solved before it is compiled again")
+      ->add_option("--seconds", wanted->how.seconds,
+                   "time for measuring [s]; a measurement that has begun is finished")
       ->transform(positive_number())
       ->capture_default_str();
-  command->add_option("--seconds", wanted->how.seconds, "of measuring; what is begun is ended")
-      ->transform(positive_number())
-      ->capture_default_str();
-  command->add_option("--output", wanted->output, "where all points go: advice.csv, pictures and a page")
+  command
+      ->add_option("--output", wanted->output, "folder for all measurements: advice.csv, pictures and a page")
       ->check(not_empty())
       ->type_name("DIR");
   command->callback([wanted] { run(*wanted); });

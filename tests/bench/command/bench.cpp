@@ -167,17 +167,18 @@ void run(const BenchOptions& options) {
 }  // namespace
 
 void add_bench(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "bench",
-      "with --function: time, operations, generation and compile time, and error against 113 bits, of every\n"
-      "route to it; without: time and error of every function in plain double; --peer: beside Pinocchio's");
+  CLI::App* command =
+      app.add_subcommand("bench",
+                         "with --function: time, operations, generation and compile time, and error against "
+                         "113-bit arithmetic, of\nevery route to the function; without: time and error of "
+                         "all functions in plain double; --peer: also of\nPinocchio");
   const auto options = std::make_shared<BenchOptions>();
   add_robot_options(*command, options->robot);
-  add_function_options(*command, options->function, "what to measure (default: everything)");
-  command->add_option("--states", options->states, "random states")
+  add_function_options(*command, options->function, "function to measure (default: all)");
+  command->add_option("--states", options->states, "number of random states")
       ->transform(whole_number(1, 100000))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "of the random states")
+  command->add_option("--seed", options->seed, "seed of the random states")
       ->transform(seed())
       ->capture_default_str();
   command
@@ -189,12 +190,12 @@ void add_bench(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--lanes", options->lanes,
                     "with --function: generated kernels of several states at once as well, a state's share");
-  command->add_flag("--peer", options->peer, "beside Pinocchio (PyPI `pin`), in the same run");
+  command->add_flag("--peer", options->peer, "also measure Pinocchio (PyPI `pin`) in the same run");
   command
       ->add_option("--peer-prefix", options->peer_prefix,
-                   "where its headers are: a prefix or a virtual environment")
+                   "folder of Pinocchio: a prefix or a virtual environment")
       ->type_name("DIR");
-  command->add_flag("--json", options->json, "for programs");
+  command->add_flag("--json", options->json, "print JSON");
   command->callback([options] { run(*options); });
 }
 

@@ -248,15 +248,14 @@ void run(const Options& options) {
 void add_verify(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "verify",
-      "the numerical passport of a robot: derivatives by all routes against 113 bits, identities, condition "
-      "of\n"
-      "its inertia, limits, and what to do about it. The exit status is 0 only if all holds");
+      "check a robot numerically: derivatives by all routes against 113-bit arithmetic, identities, "
+      "condition\nof its inertia, limits; with advice.  The exit status is 0 only if all checks pass");
   const auto options = std::make_shared<Options>();
   add_robot_options(*command, options->robot);
-  command->add_option("--states", options->states, "random states")
+  command->add_option("--states", options->states, "number of random states")
       ->transform(whole_number(1, 10000))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "of the random states")
+  command->add_option("--seed", options->seed, "seed of the random states")
       ->transform(seed())
       ->capture_default_str();
   command->callback([options] { run(*options); });

@@ -57,28 +57,27 @@ void run_study(const StudyEntry& entry, Wanted wanted) {
 const std::vector<StudyEntry>& studies() {
   static const std::vector<StudyEntry> all = {
       {"routes",
-       "every route to the derivatives of forward dynamics: error against time, and against the step of "
+       "all routes to the derivatives of forward dynamics: error over time, and over the step of finite "
        "differences",
        outline_of_routes, study_routes},
       {"integrators",
-       "steps in time: error, drift over a million steps, the largest step, against what a step takes",
+       "integrators: error, energy drift over a million steps and largest stable step, over time per step",
        outline_of_integrators, study_integrators},
       {"slopes", "how the cost of the dynamics grows with the number of bodies", outline_of_slopes,
        study_slopes},
       {"compile", "how time and memory from model to library grow with the number of operations",
        outline_of_compile, study_compile},
-      {"schemes", "transcription schemes by mesh: error of the cost, true defect, miss, against time",
+      {"schemes",
+       "transcription schemes and meshes: error of the cost, defect and open-loop error, over time",
        outline_of_schemes, study_schemes},
       {"hessians", "iterations, time and optima found, by kind of Hessian and by solver", outline_of_hessians,
        study_hessians},
       {"arithmetic",
        "float to 113 bits, packs, strict and fast code: digits against time, along chains and by mass ratios",
        outline_of_arithmetic, study_arithmetic},
-      {"contacts",
-       "a block that drops, creeps and slides, a quadruped that stands: compliant and rigid contact, error "
-       "against time",
+      {"contacts", "compliant and rigid contact of a block and a standing quadruped: error over time",
        outline_of_contacts, study_contacts},
-      {"effects", "what each effect of a scene adds to a step and to its Jacobians, and what is off",
+      {"effects", "operations that each effect of a scene adds to a step and to its Jacobians",
        outline_of_effects, study_effects},
   };
   return all;
@@ -86,23 +85,24 @@ const std::vector<StudyEntry>& studies() {
 
 void add_study(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "study", "measure what accuracy costs and how cost grows; a table, pictures and a page of each");
+      "study",
+      "measure how cost depends on accuracy and size; each study writes a table, pictures and a page");
   command->require_subcommand(1);
   for (const StudyEntry& entry : studies()) {
     const auto wanted = std::make_shared<Wanted>();
     CLI::App* one = command->add_subcommand(entry.name, entry.what);
-    one->add_option("--output", wanted->output, "where the table, the pictures and the page go")
+    one->add_option("--output", wanted->output, "folder for the table, pictures and page")
         ->check(not_empty())
         ->required()
         ->type_name("DIR");
     one->add_flag("--redraw", wanted->redraw,
-                  "measure nothing: draw the pictures of the table that is there");
-    one->add_flag("--quick", wanted->options.quick, "fewer points of the same kinds");
-    one->add_option("--seed", wanted->options.seed, "of random states")
+                  "measure nothing; draw the pictures again from the existing table");
+    one->add_flag("--quick", wanted->options.quick, "fewer measurements of each kind");
+    one->add_option("--seed", wanted->options.seed, "seed of the random states")
         ->transform(seed())
         ->capture_default_str();
     one->add_option("--config", wanted->options.config,
-                    "the folder with robots/ and tasks/ (default: the one that came along)")
+                    "folder with robots/ and tasks/ (default: the shipped one)")
         ->type_name("DIR");
     one->callback([&entry, wanted] { run_study(entry, *wanted); });
   }
