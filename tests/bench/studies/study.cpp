@@ -73,7 +73,7 @@ const std::vector<StudyEntry>& studies() {
       {"hessians", "iterations, time and optima found, by kind of Hessian and by solver", outline_of_hessians,
        study_hessians},
       {"arithmetic",
-       "float to 113 bits, packs, strict and fast code: digits against time, along chains and by mass ratios",
+       "float to 113 bits, packs, generated code: digits against time, along chains and by mass ratios",
        outline_of_arithmetic, study_arithmetic},
       {"contacts", "compliant and rigid contact of a block and a standing quadruped: error over time",
        outline_of_contacts, study_contacts},
