@@ -37,6 +37,14 @@ codegen::EmbeddedSource generate_embedded(const Function& recorded, const Codege
   return codegen::print_embedded(planned_alone(product, options), how);
 }
 
+codegen::DeviceSource generate_device(const Function& recorded, const CodegenOptions& options,
+                                      const codegen::DeviceOptions& how) {
+  codegen::Product product = codegen::begin(recorded);
+  CodegenOptions longer = options;
+  longer.piece_statements = how.piece_statements;
+  return codegen::print_device(planned_alone(product, longer), how);
+}
+
 codegen::Source generate_casadi(const Function& recorded, const codegen::CasadiBlocks& blocks,
                                 const CodegenOptions& options) {
   codegen::Product product = codegen::begin(recorded);
@@ -56,11 +64,13 @@ void compile_casadi(const codegen::Source& source, const std::string& library,
   write_file_atomically(library, *bytes);
 }
 
-std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder) {
+std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder,
+                                      const std::string& suffix) {
   std::vector<std::string> paths;
-  for (const auto& [suffix, text] : {std::pair(".c", &source.text), std::pair(".h", &source.header)}) {
+  for (const auto& [end, text] :
+       {std::pair(suffix, &source.text), std::pair(std::string(".h"), &source.header)}) {
     if (text->empty()) continue;
-    paths.push_back((folder.empty() ? "" : folder + "/") + source.name + suffix);  // "": the current folder
+    paths.push_back((folder.empty() ? "" : folder + "/") + source.name + end);  // "": the current folder
     write_file_atomically(paths.back(), *text);
   }
   return paths;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/codegen/device/print_device.h>
 #include <dyntape/codegen/options/options.h>
 #include <dyntape/codegen/print/print_c.h>
 #include <dyntape/codegen/print/print_casadi.h>
@@ -30,7 +31,13 @@ codegen::Source generate_casadi(const Function& function, const codegen::CasadiB
 void compile_casadi(const codegen::Source& source, const std::string& library,
                     const CodegenOptions& options = {});
 
-// Writes folder/<name>.c and, if the source has a header, folder/<name>.h, atomically.  Returns the paths.
-std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder);
+// Kernels of a graphics card, OpenCL C or CUDA C (print_device.h).  DeviceFunction (device_function.h) also runs them.
+codegen::DeviceSource generate_device(const Function& function, const CodegenOptions& options = {},
+                                      const codegen::DeviceOptions& how = {});
+
+// Writes folder/<name>.c, or another suffix, and, if the source has a header, folder/<name>.h, atomically.  Returns the
+// paths.
+std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder,
+                                      const std::string& suffix = ".c");
 
 }  // namespace dyntape

@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 AUTODIFF = ['autodiff/graph', 'autodiff/derive', 'autodiff/scalars', 'autodiff/evaluate', 'autodiff/record']
 DYNAMICS = ['dynamics/algebra', 'dynamics/model', 'dynamics/algorithms', 'dynamics/effects', 'dynamics/contact']
 CODEGEN = ['codegen/options', 'codegen/system', 'codegen/passes', 'codegen/schedule', 'codegen/print', 'codegen/store', 'codegen/build',
-                   'codegen/run', 'codegen/machine']
+                   'codegen/run', 'codegen/machine', 'codegen/device']
 GENERATE = ['codegen', 'codegen/options']  # to ask for compiled functions
 # Optimal control without robots, from what is solved to how.
 PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE, SOLVE, BATCH, SENSITIVITY, MPC = (
@@ -46,6 +46,7 @@ ROOMS = {
     'codegen/schedule': ['autodiff/graph', 'autodiff/scalars'],
     'codegen/print': ['autodiff/graph', 'codegen/options', 'codegen/system', 'codegen/schedule'],
     'codegen/store': ['codegen/system', 'codegen/print'],
+    'codegen/device': ['autodiff/graph', 'codegen/system', 'codegen/options', 'codegen/schedule', 'codegen/print', 'codegen/store'],
     'codegen/build': ['codegen/system', 'codegen/options', 'codegen/print', 'codegen/store'],
     'codegen/run': ['autodiff/scalars', 'codegen/store'],
     'codegen/machine': ['autodiff', *AUTODIFF, 'codegen/options', 'codegen/system', 'codegen/store', 'codegen/run'],

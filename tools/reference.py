@@ -30,6 +30,7 @@ ENVIRONMENT = {
     'DYNTAPE_DUMP': 'A folder into which each stage of the pipeline writes what it made: graphs, schedules, C, the '
                     "compiler's command, machine code with its disassembly.",
     'DYNTAPE_MACHINE_CODE': '`off`: no machine code is made in the process; functions are interpreted until they are compiled.  Bits stay the same.',
+    'DYNTAPE_OPENCL': 'The loader of OpenCL, a name or a path, in place of `libOpenCL.so.1`.',
     'DYNTAPE_PERF_MAP': 'Anything: `/tmp/perf-PID.map` names the machine code made in the process, for `perf report`.',
     'DYNTAPE_PROCESSOR': '`x86-64-v2`, `x86-64-v3` or `x86-64-v4`: the code that runs, in place of the highest that the processor has '
                          '(`dyntape doctor` says which).  Bits stay the same.',

@@ -27,7 +27,7 @@ class BodyPrinter {
 
   void run() {
     if (!schedule_.calls.empty()) find_read();
-    if (style_.dialect.lanes) find_pairs();
+    if (style_.dialect.lanes || style_.dialect.device) find_pairs();
     if (style_.dialect.lanes && style_.dialect.functions != Functions::kLibm) find_teams();
     print_inputs();
     for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
@@ -144,6 +144,7 @@ class BodyPrinter {
         const bool fills = style_.constant_parameters && block == static_cast<int>(Block::kParameters);
         text_ += fills ? " = DT_ALL(" : " = ";
         print(style_.inputs[block] + "[", index);
+        text_ += style_.read.stride;
         text_ += fills ? "]);" : "];";
         if (index < names.size() && !names[index].empty()) text_ += " /* " + c_comment(names[index]) + " */";
         text_ += '\n';
@@ -177,6 +178,7 @@ class BodyPrinter {
       case Step::Kind::kStore: {
         const OutputArray& array = array_of(step.index);
         print("  " + array.name + "[", array.place(step.index));
+        text_ += style_.written.stride;
         text_ += "] = ";
         value(function_.outputs[step.index]);
         text_ += ";\n";

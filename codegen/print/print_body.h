@@ -29,6 +29,9 @@ struct OutputArray {
 struct Dialect {
   bool lanes = true;    // for one state and for several: DT_NAME(f), DT_ALL(1.5), reals in memory
   bool single = false;  // numbers are floats: 1.5f
+  // For a device (print_device.h), without lanes: sine and cosine of one argument are one call, dt_sincos, and kernels
+  // written by hand are those of lanes, where they have such a form.
+  bool device = false;
   Functions functions = kDefaultFunctions;  // portable ones of one state are called together: DT_MANY
 };
 
@@ -38,12 +41,19 @@ struct CalleeText {
   std::size_t work = 0;
 };
 
+// Where a kernel of a device has its arrays: entry k of a state is array[k * count], in an address space.
+struct ArrayPlace {
+  std::string space;   // "DT_GLOBAL "
+  std::string stride;  // " * count"
+};
+
 struct BodyStyle {
   std::array<std::string, kBlocks> inputs;  // names of the arrays that are read
   std::vector<OutputArray> outputs;         // by group of the schedule
   const std::map<const Callee*, CalleeText>& callees;
   Dialect dialect;
   bool constant_parameters = false;  // p is an array of numbers: those of a part
+  ArrayPlace read = {}, written = {};
 };
 
 // What stands between the braces of the function for one piece, indented by two.

@@ -116,6 +116,8 @@ void PieceFunctions::add_callee(const Callee& callee) {
     }
   } else if (dialect_.lanes && !kernel->c_body_of_lanes.empty()) {
     d.body += "#if DYNTAPE_LANES == 1\n" + kernel->c_body + "#else\n" + kernel->c_body_of_lanes + "#endif\n";
+  } else if (dialect_.device && !kernel->c_body_of_lanes.empty()) {
+    d.body += kernel->c_body_of_lanes;
   } else {
     d.body += kernel->c_body + "\n";
     d.head =
@@ -172,9 +174,10 @@ std::pair<std::string, std::string> PieceFunctions::signature(const Function& fu
   for (int block = 0; block < kBlocks; ++block) {
     const bool is_plain = style.constant_parameters && block == static_cast<int>(Block::kParameters);
     if (!piece.inputs[block].empty())
-      add("const " + (is_plain ? "double" : type) + "* DT_RESTRICT ", style.inputs[block],
+      add(style.read.space + "const " + (is_plain ? "double" : type) + "* DT_RESTRICT ", style.inputs[block],
           style.inputs[block] + suffix);
   }
+  const std::size_t strided = style.read.stride.empty() ? 0 : parameters.size();
   std::vector<bool> writes(style.outputs.size(), false);
   bool checks = false, works = !piece.loads.empty() || !piece.stores.empty();
   for (std::size_t i = piece.begin; i < piece.end; ++i) {
@@ -198,8 +201,12 @@ std::pair<std::string, std::string> PieceFunctions::signature(const Function& fu
     }
   }
   for (std::size_t g = 0; g < writes.size(); ++g) {
-    if (writes[g]) add(type + "* DT_RESTRICT ", style.outputs[g].name, style.outputs[g].name + suffix);
+    if (writes[g])
+      add(style.written.space + type + "* DT_RESTRICT ", style.outputs[g].name,
+          style.outputs[g].name + suffix);
   }
+  const bool is_written = std::find(writes.begin(), writes.end(), true) != writes.end();
+  if (strided || (is_written && !style.written.stride.empty())) add("const dt_count ", "count", "count");
   if (works) add(type + "* DT_RESTRICT ", "work", "work" + suffix);
   if (checks) add("dt_words* ", "guard", "&guard");
   return {parameters.empty() ? "void" : parameters, arguments};

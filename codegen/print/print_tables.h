@@ -20,7 +20,8 @@ std::string descriptor_symbol(const std::string& content_hash);
 // What the function is, its inputs and outputs, and operations by kind.  No date: the same function always
 // gives the same text.
 std::string banner(const KernelSets& sets, const Source& source);
-std::string description(const KernelSets& sets);  // the part of it before the kernels
+// The part of it before the kernels; `compile_with`: if empty, flags of C compilers.
+std::string description(const KernelSets& sets, const std::string& compile_with = {});
 // Words in comment lines of bounded width, the first line after `head`, the others indented alike.
 std::string wrapped(const std::string& head, const std::vector<std::string>& words);
 std::vector<std::string> operation_words(const KernelPlan& kernel);

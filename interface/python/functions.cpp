@@ -82,14 +82,9 @@ Rows rows_of(const RecordedFunction& f, nb::handle x, nb::handle p, nb::handle w
   return rows;
 }
 
-// Results of a chunk, as the kernels write them.
-struct ChunkResults {
-  std::vector<double> y, jacobian, hessian;
-};
-using Write = std::function<void(std::size_t first, std::size_t count, const ChunkResults& results)>;
-
 void evaluate(const RecordedFunction& f, Kernels& kernels, Order order, const Rows& rows,
               const Write& write) {
+  if (kernels.device) return evaluate_on_device(f, *kernels.device, order, rows, write);
   const CompiledFunction& function = kernels.function;
   const std::size_t n_j = order >= Order::kFirst ? function.jacobian_pattern().nnz() : 0;
   const std::size_t n_h = order == Order::kSecond ? function.hessian_pattern().nnz() : 0;
@@ -229,16 +224,21 @@ Route route_from(const std::string& name) {
 
 std::shared_ptr<RecordedFunction> compile(std::shared_ptr<RecordedFunction> f, int order,
                                           const std::string& route, bool lanes, const std::string& functions,
-                                          const std::vector<std::string>& flags) {
+                                          const std::vector<std::string>& flags,
+                                          const std::optional<std::string>& device, bool single) {
   CodegenOptions options;
   options.order = order_from(order);
   options.route = route_from(route);
   options.functions = functions_from(functions);
   options.lanes = lanes ? Lanes::kNative : Lanes::kNone;
   options.flags = flags;
+  if (single && !device) throw ArgumentError("compile: single: expected a device, got none");
   watched(nb::none(), [&](const Watch& watch) {
     options.stop = watch.stop;
-    f->compile(options);
+    if (device)
+      f->compile_for({.device = *device, .single = single}, options);
+    else
+      f->compile(options);
   });
   return f;
 }
@@ -368,6 +368,15 @@ void RecordedFunction::compile(const CodegenOptions& options) {
   compiled_ = std::move(made);
 }
 
+// What asks for sizes and patterns asks the interpreter's.
+void RecordedFunction::compile_for(const DeviceRunOptions& how, CodegenOptions options) {
+  std::optional<DeviceFunction> device = DeviceFunction::make(function, options, how);
+  options.route = Route::kInterpreter;
+  auto made = std::make_shared<Kernels>(CompiledFunction::make(function, options), std::move(device));
+  const std::scoped_lock lock(mutex_);
+  compiled_ = std::move(made);
+}
+
 std::shared_ptr<Kernels> RecordedFunction::compiled() const {
   const std::scoped_lock lock(mutex_);
   return compiled_;
@@ -406,23 +415,31 @@ void bind_functions(nb::module_& module) {
       "hessian_pattern", [](const RecordedFunction& g) { return pattern_of(g, Order::kSecond); },
       nb::sig("def hessian_pattern(self) -> tuple[IntArray, IntArray]"),
       "Rows and columns of the non-zeros of the Hessian's lower triangle.");
-  f.def("compile", compile, nb::arg("order") = 2, nb::kw_only(), nb::arg("route") = "tiered",
-        nb::arg("lanes") = false, nb::arg("functions") = to_string(kDefaultFunctions),
-        nb::arg("flags") = std::vector<std::string>(),
-        nb::sig("def compile(self, order: int = 2, *, route: str = 'tiered', lanes: bool = False, "
-                "functions: str = 'sines', flags: Sequence[str] = ()) -> Function"),
-        "Compiles value and derivatives up to `order`, or takes them from the cache; returns the function "
-        "itself.\n\n"
-        "route: \"tiered\", machine code within milliseconds and what the C compiler makes when that is "
-        "there;\n"
-        "\"machine-code\", without a compiler; \"compiled\", which waits for it.  All have the same bits.\n"
-        "lanes: kernels of several states at a time besides, for batches.\n"
-        "functions: \"sines\", sine and cosine of dyntape's own and the C library's others, \"libm\", all of "
-        "the C library,\n"
-        "or \"portable\", the same bits on every processor, quickest in lanes.\n"
-        "flags: for the C compiler.\n\n"
-        "Raises ToolError if the compiler that is waited for fails; the interpreter then goes on serving.");
+  f.def(
+      "compile", compile, nb::arg("order") = 2, nb::kw_only(), nb::arg("route") = "tiered",
+      nb::arg("lanes") = false, nb::arg("functions") = to_string(kDefaultFunctions),
+      nb::arg("flags") = std::vector<std::string>(), nb::arg("device") = nb::none(),
+      nb::arg("single") = false,
+      nb::sig("def compile(self, order: int = 2, *, route: str = 'tiered', lanes: bool = False, "
+              "functions: str = 'sines', flags: Sequence[str] = (), device: str | None = None, "
+              "single: bool = False) -> Function"),
+      "Compiles value and derivatives up to `order`, or takes them from the cache; returns the function "
+      "itself.\n\n"
+      "route: \"tiered\": machine code within milliseconds, and compiled C as soon as the compiler has "
+      "finished;\n"
+      "    \"machine-code\": without a compiler; \"compiled\": waits for the compiler.  All have the same "
+      "bits.\n"
+      "lanes: also compiles kernels of several states per SIMD instruction, for batches.\n"
+      "functions: \"sines\": dyntape's sine and cosine, the C library's others; \"libm\": all of the C "
+      "library;\n"
+      "    \"portable\": the same bits on every processor, fastest in lanes.\n"
+      "flags: for the C compiler.\n"
+      "device: \"opencl:0\", the first of `dyntape.devices()`, evaluates batches; route, lanes and flags are "
+      "ignored.\n"
+      "single: the device computes in float.\n\n"
+      "Raises ToolError if the compiler fails with route \"compiled\"; the function is then interpreted.");
   bind_function_facts(f);
+  bind_devices(module);
   module.def(
       "record", record_function, nb::arg("f"), nb::arg("n_x"), nb::arg("n_p") = 0, nb::kw_only(),
       nb::arg("name") = nb::none(), nb::arg("x0") = std::vector<double>(),

@@ -3,10 +3,14 @@
 // A recorded function as Python holds it: its kernels, interpreted at first, by order of derivative.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <vector>
 
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/device_function.h>
 #include <dyntape/interface/robot/workspace_pool.h>
 
 #include "arrays.h"
@@ -15,9 +19,11 @@ namespace dyntape::python {
 
 // What evaluates, with workspaces for any number of threads.
 struct Kernels {
-  explicit Kernels(CompiledFunction made) : function(std::move(made)) {}
+  explicit Kernels(CompiledFunction made, std::optional<DeviceFunction> on_device = {})
+      : function(std::move(made)), device(std::move(on_device)) {}
 
   const CompiledFunction function;
+  const std::optional<DeviceFunction> device;  // evaluates in its place
   dyntape::detail::WorkspacePool<CompiledFunction::Workspace> pool;
 };
 
@@ -36,6 +42,7 @@ class RecordedFunction {
   std::shared_ptr<Kernels> kernels(Order order) const;
   // From now on; evaluations that run go on with what they have.
   void compile(const CodegenOptions& options);
+  void compile_for(const DeviceRunOptions& how, CodegenOptions options);
   std::shared_ptr<Kernels> compiled() const;
 
   // Called in other recordings, made once: of variables and parameters.
@@ -48,6 +55,16 @@ class RecordedFunction {
   mutable std::shared_ptr<const Callee> callee_;
 };
 
+// Results of a chunk, as the kernels write them.
+struct ChunkResults {
+  std::vector<double> y, jacobian, hessian;
+};
+using Write = std::function<void(std::size_t first, std::size_t count, const ChunkResults& results)>;
+
+void evaluate_on_device(const RecordedFunction& f, const DeviceFunction& device, Order order,
+                        const Rows& rows,
+                        const Write& write);                // devices.cpp
+void bind_devices(nb::module_& module);                     // devices.cpp
 void bind_function_state(nb::class_<RecordedFunction>& f);  // function_state.cpp
 void bind_casadi(nb::class_<RecordedFunction>& f);          // bridges/casadi.cpp
 

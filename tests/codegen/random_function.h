@@ -53,8 +53,9 @@ inline std::vector<double> random_arguments(Random& random, std::size_t n) {
   return values;
 }
 
-// Graphs that share inputs, so that one library holds many.  Every operator appears.
-inline Function random_functions(Random& random, std::size_t graphs, std::size_t operations) {
+// Graphs that share inputs, so that one library holds many.  Every operator appears for which `may` is true.
+inline Function random_functions(
+    Random& random, std::size_t graphs, std::size_t operations, bool (*may)(Op) = [](Op) { return true; }) {
   Function f;
   f.name = "random";
   f.inputs = {6, 3, 0};
@@ -64,7 +65,8 @@ inline Function random_functions(Random& random, std::size_t graphs, std::size_t
     for (std::uint32_t i = 0; i < 3; ++i) pool.push_back(f.graph.input(Block::kParameters, i));
     for (int i = 0; i < 2; ++i) pool.push_back(f.graph.constant(random_argument(random)));
     for (std::size_t k = 0; k < operations; ++k) {
-      const auto op = static_cast<Op>((g + k * 7 + random.below(3)) % kTableOps);
+      auto op = static_cast<Op>((g + k * 7 + random.below(3)) % kTableOps);
+      while (!may(op)) op = static_cast<Op>((static_cast<int>(op) + 1) % kTableOps);
       const auto pick = [&] {  // recent nodes more often: deep rather than wide
         const std::size_t back = random.below(2) ? pool.size() : std::min<std::size_t>(pool.size(), 6);
         return pool[pool.size() - 1 - random.below(back)];

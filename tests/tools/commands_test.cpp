@@ -198,7 +198,7 @@ TEST(Generate, EmbeddedTextIsPlainFunctionsWithTheirStack) {
       "gcc -std=c99 -Wall -Wextra -Werror -pedantic -ffreestanding -c -o /dev/null " + source;
   EXPECT_EQ(std::system(compile.c_str()), 0);
 
-  EXPECT_EQ(with({"--float"}).status, 2) << "only of embedded text";
+  EXPECT_EQ(with({"--float"}).status, 2) << "not of C";
   const auto absent = with({"--embedded", "--cross", "no-such-gcc"});
   EXPECT_EQ(absent.status, 1);
   EXPECT_NE(absent.err.find("no-such-gcc"), std::string::npos) << absent.err;

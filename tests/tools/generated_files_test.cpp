@@ -6,6 +6,8 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "run.h"
 
@@ -16,6 +18,7 @@ using dyntape::test::config;
 using dyntape::test::run_dyntape;
 using dyntape::test::Scratch;
 using dyntape::test::slurp;
+using nlohmann::json;
 
 mode_t permissions(const std::string& path) {
   struct stat status {};
@@ -79,6 +82,39 @@ int main(void) {
       "cd " + folder + " && cc -std=c99 -Wall -Wextra -Werror main.c pendulum_rnea.c -lm -o program";
   ASSERT_EQ(std::system(build.c_str()), 0);
   EXPECT_EQ(std::system((folder + "/program").c_str()), 0);
+}
+
+TEST(GeneratedFiles, KernelsOfDevices) {
+  const Scratch scratch;
+  const auto with = [&](const std::string& dialect, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> all = {"generate",   config("robots/double_pendulum.urdf"),
+                                    "--function", "aba",
+                                    "--order",    "1",
+                                    "--output",   scratch / dialect,
+                                    "--dialect",  dialect,
+                                    "--json"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_dyntape(all);
+  };
+  for (const auto& [dialect, suffix, word, other] : {std::tuple("opencl", ".cl", "__kernel", "__global__"),
+                                                     std::tuple("cuda", ".cu", "__global__", "__kernel")}) {
+    const auto run = with(dialect);
+    ASSERT_EQ(run.status, 0) << run.err;
+    const json report = json::parse(run.out);
+    ASSERT_EQ(report["kernels"].size(), 2u);
+    EXPECT_EQ(report["kernels"][1]["in"], 6);
+    const std::string path = report["files"][0];
+    EXPECT_TRUE(path.ends_with(suffix)) << path;
+    const std::string text = slurp(path);
+    EXPECT_NE(text.find(word), std::string::npos);
+    EXPECT_EQ(text.find(other), std::string::npos);
+    EXPECT_NE(text.find("typedef double real"), std::string::npos);
+    EXPECT_NE(slurp(report["files"][1].get<std::string>()).find("_JACOBIAN_NNZ "), std::string::npos);
+  }
+  const json single = json::parse(with("cuda", {"--float"}).out);
+  EXPECT_NE(slurp(single["files"][0].get<std::string>()).find("typedef float real"), std::string::npos);
+  EXPECT_EQ(with("cuda", {"--embedded"}).status, 2);
+  EXPECT_EQ(with("metal").status, 2);
 }
 
 }  // namespace

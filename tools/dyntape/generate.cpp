@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
@@ -32,6 +33,7 @@ struct GenerateOptions {
 
   bool embedded = false, casadi = false, single = false;
   std::string cross;  // compiler and flags that the stack is measured with
+  std::string dialect = "c";
 };
 
 // Order 0: outputs of the function; 1: of the Jacobian; 2: of the lower triangle of the Hessian.
@@ -114,6 +116,40 @@ void run_embedded(const GenerateOptions& options, const Function& recorded, cons
   for (const std::string& file : files) std::cout << file << "\n";
 }
 
+// Kernels of a graphics card: text, and a header for the program that calls them.
+void run_device(const GenerateOptions& options, const Function& recorded, const CodegenOptions& codegen) {
+  const bool is_cuda = options.dialect == "cuda";
+  codegen::DeviceOptions how;
+  how.language = is_cuda ? codegen::DeviceLanguage::kCuda : codegen::DeviceLanguage::kOpenCl;
+  how.single = options.single;
+  const codegen::DeviceSource d = generate_device(recorded, codegen, how);
+  check_size(options, d.source);
+  const std::vector<std::string> files = write_source(d.source, options.output, is_cuda ? ".cu" : ".cl");
+  nlohmann::json report = {{"name", d.source.name}, {"files", files}, {"dialect", options.dialect}};
+  io::TextTable table({{"kernel"},
+                       {"operations", "", io::Align::kRight},
+                       {"in", "numbers", io::Align::kRight},
+                       {"out", "numbers", io::Align::kRight},
+                       {"memory a state", "bytes", io::Align::kRight}});
+  const auto sum = [](const auto& entries) {
+    return std::accumulate(std::begin(entries), std::end(entries), std::size_t{0});
+  };
+  for (std::size_t k = 0; k < d.kernels.size(); ++k) {
+    const codegen::DeviceKernel& kernel = d.kernels[k];
+    table.append({kernel.name, io::with_groups(d.source.operations[k]), std::to_string(sum(kernel.inputs)),
+                  std::to_string(sum(kernel.outputs)), std::to_string(kernel.work)});
+    report["kernels"].push_back({{"name", kernel.name},
+                                 {"operations", d.source.operations[k]},
+                                 {"in", sum(kernel.inputs)},
+                                 {"out", sum(kernel.outputs)},
+                                 {"guarded", kernel.is_guarded},
+                                 {"memory_bytes", kernel.work}});
+  }
+  if (options.json) return print_json(report);
+  std::cout << table.text() << "\n";
+  for (const std::string& file : files) std::cout << file << "\n";
+}
+
 void run_casadi(const GenerateOptions& options, const dynamics::Model<double>& model,
                 const RobotFunction& function, const Function& recorded, const CodegenOptions& codegen) {
   codegen::CasadiBlocks blocks;
@@ -138,6 +174,8 @@ void run_casadi(const GenerateOptions& options, const dynamics::Model<double>& m
 }
 
 void run(const GenerateOptions& options) {
+  if (options.single && !options.embedded && options.dialect == "c")
+    throw CLI::RequiresError("--float", "--embedded, or --dialect opencl or cuda");
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
   CodegenOptions codegen;
@@ -151,6 +189,7 @@ void run(const GenerateOptions& options) {
   Function recorded = record_differentiable(robot.model, function);
   if (options.nonzeros) recorded = nonzero_outputs(recorded).function;
   const double record_seconds = seconds_since(start);
+  if (options.dialect != "c") return run_device(options, recorded, codegen);
   if (options.embedded) return run_embedded(options, recorded, codegen);
   if (options.casadi) return run_casadi(options, robot.model, function, recorded, codegen);
   const codegen::Source source = generate_source(recorded, codegen);
@@ -231,7 +270,15 @@ void add_generate(CLI::App& app) {
       "with the interface of casadi.external and acados: values, and with --order 2 sparse Jacobians and "
       "exact Hessians; NAME.c and, where there is a compiler, NAME.so");
   casadi->excludes(embedded)->excludes(nonzeros);
-  command->add_flag("--float", options->single, "embedded: float instead of double")->needs(embedded);
+  add_choice(
+      *command, "--dialect", options->dialect,
+      "opencl, cuda: kernels of a graphics card, one state a work-item, entry i of state s at "
+      "[i * count + s] of every array; NAME.cl or NAME.cu, and NAME.h with the places of the non-zeros",
+      {"c", "opencl", "cuda"})
+      ->excludes(embedded)
+      ->excludes(casadi)
+      ->capture_default_str();
+  command->add_flag("--float", options->single, "embedded, opencl, cuda: float instead of double");
   command
       ->add_option(
           "--cross", options->cross,
