@@ -163,7 +163,7 @@ std::string library(const std::string& include) {
   }
   codegen::write_file(folder.path() + "/source.c", text);  // the name that every entry has
   const auto entry =
-      cache->publish(folder, key, {"pinocchio-peer", 0, "peer", "", version, codegen::checksum(text)}, false);
+      cache->publish(folder, key, {"pinocchio-peer", 0, "", version, codegen::checksum(text)}, false);
   if (!entry) throw ToolError("the peer could not be kept in " + cache->folder());
   return entry->library();
 }
