@@ -99,8 +99,8 @@ TEST_F(DdpTasks, WhatTheMethodDoesNotKnowIsRefusedWhereItStands) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
   expect(refusal("  tracking {\n    end {\n      q 1e4\n      v 1e3\n    }\n  }\n", ""),
-         "'goal' is to be met at the end, which the method ddp does not support; expected weights that draw "
-         "to it");
+         "'goal' is to be met at the end, which the method ddp does not support; expected weights of the "
+         "distance from it");
   expect(refusal("duration  2", "duration 2\n min_duration 1\n max_duration 3"),
          "'horizon.min_duration' is of a duration to be found, which the method ddp does not support; "
          "expected a given one");
