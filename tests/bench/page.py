@@ -121,7 +121,7 @@ def levels_tables(t):
 LEVELS_TEXT = '''The library has code for three levels of x86-64 and takes the highest that the processor has, here {own}; each was measured on this
 machine, in a process with Pinocchio, which is compiled for this machine. Ratios of times to it; smaller is better.'''
 
-GENERATED_TEXT = '''Ratios of times: ours, the quickest of the profiles strict and fast, with sines of its own and with libm's, to the quicker of what a peer prints.'''
+GENERATED_TEXT = '''Ratios of times: ours, the quicker of sines of its own and of libm's, to the quicker of what a peer prints.'''
 BEFORE_OWN_SINES = '''Measured before sines of its own were the default: **generated** has libm's here, **generated, portable** what is the default now.'''
 
 INTRODUCTION = '''Every route to the functions that optimal control is made of, beside Pinocchio, CasADi and CppADCodeGen: one process a robot, in

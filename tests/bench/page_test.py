@@ -54,9 +54,9 @@ class Page(unittest.TestCase):
         for name in pictures(Table(ROOT / 'docs' / 'studies' / 'benchmarks.csv')):
             self.assertTrue((ROOT / 'docs' / 'studies' / f'{name}.svg').is_file(), name)
 
-    def test_the_quicker_profile_and_the_quicker_variant_count(self):
+    def test_the_quicker_sines_and_the_quicker_variant_count(self):
         text, _ = self.of([row('CasADi', '2'), row('CasADi, analytic', '1'), row('CppADCodeGen', '4'), row('generated', '0.9'),
-                           row('generated, fast', '0.5')])
+                           row('generated, libm', '0.5')])
         self.assertIn('| **id-derivatives** | CasADi | 0.5 |', text)
         self.assertIn('|  | CppADCodeGen | 0.12 |', text)
         self.assertIn("takes this part of a peer's time: 0.5 (id-derivatives, UR5) to 0.5 (id-derivatives, UR5) of CasADi", text)

@@ -45,7 +45,7 @@ class Table:
 
 
 # By default and with libm's sines; in tables from before the default had sines of its own, with libm's and portable ones.
-GENERATED = tuple(f'generated{fast}{functions}' for fast in ('', ', fast') for functions in ('', ', libm', ', portable'))
-KEPT = ('lanes, kept', 'lanes, fast, kept')
+GENERATED = ('generated', 'generated, libm', 'generated, portable')
+KEPT = 'lanes, kept'
 CASADI = ('CasADi', 'CasADi, analytic')
 CPPADCODEGEN = ('CppADCodeGen', 'CppADCodeGen, analytic')
