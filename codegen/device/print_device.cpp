@@ -56,7 +56,7 @@ typedef unsigned long long dt_count;
 #define DT_GLOBAL
 #define DT_TABLE static __device__
 #define DT_TABLE_OF
-#define DT_PIECE static __device__
+#define DT_PIECE static __device__ __attribute__((unused))
 #define DT_RESTRICT __restrict__
 #define DT_STATE ((dt_count)blockIdx.x * blockDim.x + threadIdx.x)
 )"};

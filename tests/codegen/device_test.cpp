@@ -118,6 +118,24 @@ TEST(Device, PiecesChangeNoBits) {
   EXPECT_GT(expect_same_bits(f, Order::kFirst, random, 10, {.piece_statements = 40}), 0u);
 }
 
+// pocl has the memory of all work-items of a group on the stack of a thread.
+TEST(Device, ManyStatesWithMuchMemoryEach) {
+  DYNTAPE_NEED_DEVICE;
+  const Function f = record("wide", 1, [](const VectorXad& x) {
+    VectorXad arguments(2), y(300);
+    arguments << 0.5 * x[0], x[0];
+    const AD e = call(testing::kepler(), arguments)[0];
+    for (Eigen::Index i = 0; i < y.size(); ++i) y[i] = x[0] * double(i) + e;
+    return y;
+  });
+  const std::size_t count = 32768;  // a driver that is free to may make groups of thousands
+  std::vector<double> x(count);
+  for (std::size_t s = 0; s < count; ++s) x[s] = double(s) / double(count);
+  const auto y = DeviceFunction::make(f, with(Order::kValue)).evaluate(Order::kValue, count, x).y;
+  for (std::size_t s = 0; s < count; s += 1999)
+    for (std::size_t i = 0; i < 300; ++i) ASSERT_EQ(y[300 * s + i], x[s] * double(i) + y[300 * s]);
+}
+
 TEST(Device, PartsOfABatchAndGapsChangeNothing) {
   DYNTAPE_NEED_DEVICE;
   Random random(75);
@@ -324,6 +342,7 @@ TEST(DeviceErrors, NumbersOfTheStandard) {
   EXPECT_EQ(cl::kBinarySizes, static_cast<cl::Uint>(CL_PROGRAM_BINARY_SIZES));
   EXPECT_EQ(cl::kBinaries, static_cast<cl::Uint>(CL_PROGRAM_BINARIES));
   EXPECT_EQ(cl::kBuildLog, static_cast<cl::Uint>(CL_PROGRAM_BUILD_LOG));
+  EXPECT_EQ(cl::kLargestGroup, static_cast<cl::Uint>(CL_KERNEL_WORK_GROUP_SIZE));
   EXPECT_EQ(cl::kContextPlatform, CL_CONTEXT_PLATFORM);
 }
 #endif
