@@ -169,7 +169,10 @@ DeviceFunction DeviceFunction::make(const Function& function, const CodegenOptio
       generate_device(function, options, {.single = how.single, .piece_statements = how.piece_statements});
   codegen::DeviceText text;
   text.text = state->source.source.text;
-  for (const DeviceKernel& kernel : state->source.kernels) text.kernels.push_back(kernel.name);
+  for (const DeviceKernel& kernel : state->source.kernels) {
+    text.kernels.push_back(kernel.name);
+    text.memory.push_back(kernel.work);
+  }
   text.options = "-cl-std=CL1.2 -w";
   if (how.single && device.divides_exactly) text.options += " -cl-fp32-correctly-rounded-divide-sqrt";
   text.name = state->source.source.name;

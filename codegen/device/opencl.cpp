@@ -18,7 +18,9 @@ using opencl::api;
 using opencl::Int;
 
 constexpr std::size_t kLongestLog = 2000;  // of a compiler, in a message
-constexpr std::size_t kGroup = 64;         // work-items side by side: counts are rounded up to it
+constexpr std::size_t kGroup = 64;         // work-items side by side, of processors fewer:
+constexpr std::size_t kGroupBytes = 256
+                                    << 10;  // their drivers have the memory of a group on a thread's stack
 
 [[noreturn]] void fail_on(const OpenClDevice& device, const std::string& what, Int error) {
   const bool is_memory =
@@ -115,7 +117,8 @@ struct OpenClProgram::Objects {
   opencl::Queue queue = nullptr;
   opencl::Program program = nullptr;
   std::vector<opencl::Kernel> kernels;
-  std::vector<Buffer> buffers;  // by argument, kept between calls
+  std::vector<std::size_t> groups;  // by kernel
+  std::vector<Buffer> buffers;      // by argument, kept between calls
   std::mutex mutex;
   bool was_cached = false;
 
@@ -211,6 +214,15 @@ struct OpenClProgram::Objects {
     }
   }
 
+  std::size_t group_of(opencl::Kernel kernel, std::size_t memory) const {
+    std::size_t most = 1, group = kGroup;
+    const Int error =
+        cl.get_kernel_info(kernel, object_of(device), opencl::kLargestGroup, sizeof most, &most, nullptr);
+    expect(device, error, "tells no size of groups");
+    while (group > 1 && (group > most || (device.is_cpu && group * memory > kGroupBytes))) group /= 2;
+    return group;
+  }
+
   void make(const DeviceText& text) {
     open();
     const std::optional<Cache> cache = text.use_cache ? Cache::open(text.cache_folder) : std::nullopt;
@@ -224,6 +236,8 @@ struct OpenClProgram::Objects {
       Int error = 0;
       kernels.push_back(cl.create_kernel(program, name.c_str(), &error));
       expect(device, error, ("has no kernel " + name).c_str());
+      groups.push_back(
+          group_of(kernels.back(), groups.size() < text.memory.size() ? text.memory[groups.size()] : 0));
     }
   }
 
@@ -271,8 +285,8 @@ void OpenClProgram::run(std::size_t kernel, const std::vector<Array>& arrays, st
   }
   const std::uint64_t states = count;
   expect(o.device, o.cl.set_argument(object, place, sizeof states, &states), "takes no count");
-  const std::size_t items = (count + kGroup - 1) / kGroup * kGroup;
-  expect(o.device, o.cl.run(o.queue, object, 1, nullptr, &items, nullptr, 0, nullptr, nullptr),
+  const std::size_t group = o.groups[kernel], items = (count + group - 1) / group * group;
+  expect(o.device, o.cl.run(o.queue, object, 1, nullptr, &items, &group, 0, nullptr, nullptr),
          "does not run");
   for (std::size_t i = 0; i < arrays.size(); ++i) {
     if (!arrays[i].out) continue;

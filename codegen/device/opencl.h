@@ -37,6 +37,7 @@ struct DeviceText {
   std::string options = {};               // of the device's compiler
   std::string name = {};                  // a label in the cache
   int order = 0;
+  std::vector<std::size_t> memory = {};  // bytes of a state's own memory, by kernel; empty: little
   // The device's program is kept in the cache, by device, driver and text.  cache_folder: if empty, the usual one.
   bool use_cache = true;
   std::string cache_folder = {};

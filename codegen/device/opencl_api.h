@@ -32,7 +32,7 @@ inline constexpr Bits kReadWrite = 1 << 0, kDividesExactly = 1 << 7;
 inline constexpr Uint kPlatformName = 0x0902, kDeviceType = 0x1000, kLargestBuffer = 0x1010,
                       kSingleConfig = 0x101b, kMemoryBytes = 0x101f, kDeviceName = 0x102b,
                       kDriverVersion = 0x102d, kDoubleConfig = 0x1032, kBinarySizes = 0x1165,
-                      kBinaries = 0x1166, kBuildLog = 0x1183;
+                      kBinaries = 0x1166, kBuildLog = 0x1183, kLargestGroup = 0x11b0;
 inline constexpr std::intptr_t kContextPlatform = 0x1084;
 
 // Name here, name in the library, result, parameters.
@@ -58,6 +58,8 @@ inline constexpr std::intptr_t kContextPlatform = 0x1084;
   X(release_program, clReleaseProgram, Int, (Program))                                                     \
   X(create_kernel, clCreateKernel, Kernel, (Program, const char*, Int*))                                   \
   X(release_kernel, clReleaseKernel, Int, (Kernel))                                                        \
+  X(get_kernel_info, clGetKernelWorkGroupInfo, Int,                                                        \
+    (Kernel, Device, Uint, std::size_t, void*, std::size_t*))                                              \
   X(set_argument, clSetKernelArg, Int, (Kernel, Uint, std::size_t, const void*))                           \
   X(create_buffer, clCreateBuffer, Memory, (Context, Bits, std::size_t, void*, Int*))                      \
   X(release_memory, clReleaseMemObject, Int, (Memory))                                                     \

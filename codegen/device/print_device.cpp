@@ -18,6 +18,7 @@ namespace {
 // The words in which the languages differ; the rest of a text is C that both are.
 struct Words {
   const char *name, *how_to_compile, *text;
+  const char* nan;  // in double: NAN is a float, and a call of two numbers is then of no type
 };
 
 constexpr Words kOpenClWords = {
@@ -34,7 +35,8 @@ typedef ulong dt_count;
 #define DT_RESTRICT restrict
 #define DT_STATE get_global_id(0)
 #define half dt_half /* a type of the language, a name in the text */
-)"};
+)",
+    "as_double(0x7ff8000000000000ul)"};
 
 constexpr Words kCudaWords = {"CUDA C", "with -fmad=false, and without -use_fast_math",
                               R"(#ifdef __CUDACC_RTC__
@@ -56,10 +58,11 @@ typedef unsigned long long dt_count;
 #define DT_GLOBAL
 #define DT_TABLE static __device__
 #define DT_TABLE_OF
-#define DT_PIECE static __device__
+#define DT_PIECE static __device__ __attribute__((unused))
 #define DT_RESTRICT __restrict__
 #define DT_STATE ((dt_count)blockIdx.x * blockDim.x + threadIdx.x)
-)"};
+)",
+                              "__longlong_as_double(0x7ff8000000000000ll)"};
 
 const Words& words_of(DeviceLanguage language) {
   return language == DeviceLanguage::kCuda ? kCudaWords : kOpenClWords;
@@ -239,7 +242,9 @@ class DevicePrinter {
       return info(op).c.find("dt_select") != std::string_view::npos;
     });
     const bool calls = !functions_.callees().empty();
-    return "typedef " + real_ + " real, reals;\n" + (selects ? kDeviceSelect : "") +
+    const std::string nan =
+        options_.single ? "" : std::string("#undef NAN\n#define NAN ") + language_.nan + "\n";
+    return "typedef " + real_ + " real, reals;\n" + nan + (selects ? kDeviceSelect : "") +
            (words_.guards ? kDeviceCheck : "") +
            (calls ? options_.single ? kDeviceSingleKernel : kDeviceKernel : "");
   }
