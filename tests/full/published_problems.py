@@ -180,7 +180,7 @@ def container_crane():
         return [9 * r for r in (x[3], x[4], x[5], u + 17.2656 * x[2], w, -(u + 27.0756 * x[2] + 2 * x[4] * x[5]) / x[1])]
 
     p = Problem("crane", ["x", "l", "angle", "vx", "vl", "rate"], ["u", "w"], 1.0, rate)
-    p.add_cost("swing", lambda s: 4.5 * (s.x[2] ** 2 + s.x[5] ** 2))
+    p.add_cost("swing", lambda s: 4.5 * (s.x[2] ** 2 + s.x[5] ** 2 + 0.01 * (s.u[0] ** 2 + s.u[1] ** 2)))
     p.bound_states([-inf, 1, -inf, -2.5, -1, -inf], [inf, inf, inf, 2.5, 1, inf])
     p.bound_controls([-2.83374, -0.80865], [2.83374, 0.71265])
     p.start, p.goal = [0, 22, 0, 0, -1, 0], [10, 14, 0, 2.5, 0, 0]
