@@ -33,7 +33,7 @@
 // - Evaluation is const, and thread-safe if each thread has its own workspace.
 // - Evaluation does not allocate.  Exception: a function with guards, no `status`, and more points than ever before.
 // - y, J and H have the same bits in all three calls and for any number of points and threads.
-// - In the strict profile these bits are equal to the interpreter's.
+// - These bits are equal to the interpreter's.
 // - If no compiler is found, the function runs as machine code generated in the process (machine/machine_code.h).
 //
 // Tiers.  With options.route = Route::kTiered, make() returns at once.  Machine code evaluates first; a background

@@ -14,10 +14,10 @@
 namespace dyntape {
 namespace {
 
-// For another target, which may have to do without fma, and where no call takes several values: nothing is brought together.
+// For another target, where no call takes several values: nothing is brought together.
 codegen::KernelSets planned_alone(codegen::Product& product, CodegenOptions options) {
   const Functions functions = std::exchange(options.functions, Functions::kLibm);
-  auto derived = codegen::derive(product, options, false);
+  auto derived = codegen::derive(product, options);
   codegen::KernelSets sets =
       codegen::plan(product, std::move(derived), content_hash(product.function), options, false);
   sets.functions = functions;

@@ -5,9 +5,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/dump.h>
-#include <dyntape/codegen/options/flags.h>
 #include <dyntape/codegen/passes/outline.h>
-#include <dyntape/codegen/passes/simplify.h>
 #include <dyntape/codegen/print/print_c.h>
 #include <dyntape/codegen/system/warn_once.h>
 
@@ -25,12 +23,10 @@ auto timed(double& seconds, Stage&& stage) {
   return stage();
 }
 
-std::vector<Derivatives> derive_all(const Function& function, const CodegenOptions& options, bool fused) {
-  const Function simplified = simplify(function, options.profile, fused);
+std::vector<Derivatives> derive_all(const Function& function, const CodegenOptions& options) {
   std::vector<Derivatives> derivatives;
   for (int order = 0; order <= static_cast<int>(options.order); ++order)
-    derivatives.push_back(dyntape::derive(simplified, static_cast<Order>(order)));
-  for (Derivatives& d : derivatives) d = simplify(std::move(d), options.profile, fused);
+    derivatives.push_back(dyntape::derive(function, static_cast<Order>(order)));
   return derivatives;
 }
 
@@ -101,14 +97,10 @@ std::optional<LibraryBuilder> find(Product& product, const CodegenOptions& optio
   return unless_unavailable(options, [&] { return found(product, options); });
 }
 
-std::vector<Derivatives> derive(Product& product, const CodegenOptions& options, bool fused) {
-  auto derived = timed(product.timings.derive, [&] { return derive_all(product.function, options, fused); });
+std::vector<Derivatives> derive(Product& product, const CodegenOptions& options) {
+  auto derived = timed(product.timings.derive, [&] { return derive_all(product.function, options); });
   Dump(product.function.name).graphs("derived", derived);
   return derived;
-}
-
-std::vector<Derivatives> derive(Product& product, const CodegenOptions& options) {
-  return derive(product, options, has_fma(options.flags));
 }
 
 KernelSets plan(Product& product, std::vector<Derivatives> derived, const std::string& content,
@@ -120,7 +112,6 @@ KernelSets plan(Product& product, std::vector<Derivatives> derived, const std::s
   return {f,
           options.label.empty() ? f.name : options.label,
           content,
-          options.profile,
           std::move(plans),
           options.piece_statements,
           options.functions};

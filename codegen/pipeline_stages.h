@@ -44,8 +44,7 @@ Product begin(const Function& recorded);
 // Finds the compiler and the place in the cache; none: the function is interpreted.
 std::optional<LibraryBuilder> find(Product& product, const CodegenOptions& options);
 
-// Derives up to options.order and simplifies; `fused`: for code that has fma.
-std::vector<Derivatives> derive(Product& product, const CodegenOptions& options, bool fused);
+// Derives up to options.order.
 std::vector<Derivatives> derive(Product& product, const CodegenOptions& options);
 
 // The first half of print(): the schedules; `outlines`: repeated parts as functions.

@@ -155,8 +155,8 @@ Made by `tools/hard_cases.py` from the comments above the tests. `ctest -L hard`
 
 Ids: H.. rigid bodies, integration and optimisation; numbers without a letter differentiation and code generation; X.. neighbours
 of both. Names are of a folder of `tests/` and a test; of tests with parameters each instance is a point of the case. Routes:
-*all* means the template in double, the interpreter point by point and in lanes, strict C at -O0 and at -O3 and in lanes (these
-bit for bit), fast C, portable functions and libm's, the function as a callee, forward and reverse mode and one over the other, against 113
+*all* means the template in double, the interpreter point by point and in lanes, C at -O0 and at -O3 and in lanes (these
+bit for bit), portable functions and libm's, the function as a callee, forward and reverse mode and one over the other, against 113
 bits (`tests/hard/every_route.h`).
 
 {len(known)} ids in {len(cases)} rows.

@@ -42,7 +42,7 @@ ROOMS = {
     'dynamics': DYNAMICS,
     'codegen/options': ['autodiff/graph', 'autodiff/derive', 'autodiff/scalars', 'codegen/system'],
     'codegen/system': [],
-    'codegen/passes': ['autodiff/graph', 'codegen/options'],
+    'codegen/passes': ['autodiff/graph'],
     'codegen/schedule': ['autodiff/graph', 'autodiff/scalars'],
     'codegen/print': ['autodiff/graph', 'codegen/options', 'codegen/system', 'codegen/schedule'],
     'codegen/store': ['codegen/system', 'codegen/print'],

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The interpreter: evaluates a recorded function node by node.  Use it without a compiler, for single evaluations
-// and as the reference: generated code of the strict profile has the same bits.
+// and as the reference: generated code has the same bits.
 //
 //   std::vector<double> y = evaluate(f, x, p);                   // checks sizes, throws GuardViolation
 //

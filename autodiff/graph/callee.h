@@ -59,8 +59,6 @@ struct Kernel {
   std::string c_body_of_lanes;
   // Operations of one call, by kind.
   std::vector<OperationCount> operations;
-  // The same kernel with products fused into sums (fma), for the profile fast; empty: no fusion possible.
-  CalleeMaker fused;
   // The kernel as a recorded function, made when a number type other than double needs it.
   std::function<std::shared_ptr<const Function>()> unrolled;
 };

@@ -120,9 +120,7 @@ std::string computed(const std::shared_ptr<const Callee>& callee, Sweeps sweeps)
     // Derivatives that follow are those of the recorded function, kernels inside it included.
     hasher.add(digest_of(*recorded->function, follow ? sweeps : sweeps.of_values()));
   } else {
-    const Kernel& kernel = *callee->kernel();
-    add_kernel(hasher, callee->name, kernel);
-    if (const auto fused = kernel.fused ? kernel.fused() : nullptr) hasher.add(digest_of(fused, sweeps));
+    add_kernel(hasher, callee->name, *callee->kernel());
   }
   if (follow) return hasher.digest();
   const bool derives = recorded && recorded->derivative;

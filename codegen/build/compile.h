@@ -31,8 +31,8 @@ struct Compiler {
 inline constexpr char kSourceFile[] = "source.c";
 inline constexpr char kLibraryFile[] = "library.so";
 
-// Finds the compiler `wanted` (a name or path; empty: the usual compilers), with the flags of the contract, the
-// profile and the user.  `memory`: a folder that stores identities between processes, or "".
+// Finds the compiler `wanted` (a name or path; empty: the usual compilers), with the flags of the contract and
+// the user.  `memory`: a folder that stores identities between processes, or "".
 std::optional<Compiler> find_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
                                       const std::string& memory = "");
 

@@ -19,8 +19,7 @@ Key key_of(const std::string& content, const Function& function, const CodegenOp
   // What callees bring along to derivation does not follow from their values.
   const std::string derived = function.graph.callees().empty() ? content : content_hash(function, order);
   std::string text = "content " + content + "\nderived " + derived + "\norder " + std::to_string(order) +
-                     "\nprofile " + to_string(options.profile) + "\nfunctions " +
-                     to_string(options.functions) + "\nlanes " + lanes + "\ngenerator " +
+                     "\nfunctions " + to_string(options.functions) + "\nlanes " + lanes + "\ngenerator " +
                      generator_version() + " " + generator_fingerprint() + "\ninterface " +
                      std::to_string(DYNTAPE_ABI) + "\npieces " + std::to_string(options.piece_statements) +
                      "\ncompiler " + compiler.path + "\n" + compiler.identity + "\nflags";
@@ -136,12 +135,8 @@ Loaded LibraryBuilder::load(Draft draft) const {
 
 std::optional<Entry> LibraryBuilder::publish(Draft& draft) const {
   if (!cache_ || !draft.folder->path().starts_with(cache_->folder() + "/")) return std::nullopt;
-  const Manifest manifest{draft.name,
-                          static_cast<int>(options_.order),
-                          to_string(options_.profile),
-                          generator_version(),
-                          compiler_.version,
-                          draft.text_hash};
+  const Manifest manifest{draft.name, static_cast<int>(options_.order), generator_version(),
+                          compiler_.version, draft.text_hash};
   return cache_->publish(*draft.folder, key_, manifest, options_.force_rebuild);
 }
 

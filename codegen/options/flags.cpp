@@ -34,16 +34,6 @@ std::vector<Op> all_operators() {
   return operators;
 }
 
-bool processor_has_fma() {
-#if defined(__x86_64__) || defined(__i386__)
-  return __builtin_cpu_supports("fma");
-#elif defined(__FP_FAST_FMA) || defined(__aarch64__)
-  return true;
-#else
-  return false;
-#endif
-}
-
 bool starts_with_any(std::string_view flag, std::initializer_list<std::string_view> prefixes) {
   return std::any_of(prefixes.begin(), prefixes.end(), [&](auto p) { return flag.starts_with(p); });
 }
@@ -100,17 +90,6 @@ std::vector<Called> called_functions(const std::vector<Op>& operators) {
     if (!function.empty() && !is_known) all.push_back({function, info(op).arity});
   }
   return all;
-}
-
-bool has_fma(const std::vector<std::string>& flags) {
-  bool has = processor_has_fma();
-  for (const std::string& flag : flags) {
-    if (flag.starts_with("-march=") || flag.starts_with("-mcpu="))
-      has = flag.ends_with("=native") && processor_has_fma();
-    if (flag == "-mfma") has = true;
-    if (flag == "-mno-fma" || flag == "-mno-avx" || flag == "-mgeneral-regs-only") has = false;
-  }
-  return has;
 }
 
 const std::vector<std::string>& contract_flags() {

@@ -34,10 +34,6 @@ struct Called {
 };
 std::vector<Called> called_functions(const std::vector<Op>& operators);
 
-// Whether code that is compiled on this machine with these user flags has an instruction for fma(x, y, z).  For
-// another processor (-march=), only flags that name the feature count: -mfma.
-bool has_fma(const std::vector<std::string>& flags);
-
 // The user's flags that are passed on, in order.  Flags that are left out are reported once on stderr.  Passed on
 // are:
 // - levels (-O2), -g, -W

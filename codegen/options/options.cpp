@@ -3,8 +3,6 @@
 
 namespace dyntape {
 
-const char* to_string(Profile profile) { return profile == Profile::kStrict ? "strict" : "fast"; }
-
 const char* to_string(Functions functions) {
   constexpr const char* kNames[] = {"sines", "libm", "portable"};
   return kNames[static_cast<int>(functions)];
@@ -18,12 +16,6 @@ const char* to_string(Route route) {
 const char* to_string(Tier tier) {
   constexpr const char* kNames[] = {"interpreted", "machine code", "compiled at -O1", "compiled"};
   return kNames[static_cast<int>(tier)];
-}
-
-Profile profile_from(const std::string& word) {
-  if (word == "strict") return Profile::kStrict;
-  if (word == "fast") return Profile::kFast;
-  throw ArgumentError("profile \"" + word + "\" does not exist; there are strict and fast");
 }
 
 Functions functions_from(const std::string& word) {

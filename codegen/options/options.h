@@ -20,10 +20,6 @@
 
 namespace dyntape {
 
-// strict: only rewrites that are exact; generated code equals the interpreter bit for bit.
-// fast:   rewrites in the graph that change rounding.  Never -ffast-math: NaN stays honest.
-enum class Profile { kStrict, kFast };
-
 // automatic:    compiled, or machine code where there is no compiler (said once on stderr).
 // interpreter:  node by node.
 // machine code: made in this process, without a compiler, in milliseconds (machine/machine_code.h); interpreted where that cannot be.
@@ -45,12 +41,10 @@ enum class Tier {
 //   kAll      of 2, 4 and 8 lanes where there are such processors of this kind; what the processor has is used
 enum class Lanes { kNone, kNative, kAll };
 
-const char* to_string(Profile profile);
 const char* to_string(Functions functions);
 const char* to_string(Route route);
 const char* to_string(Tier tier);
 // Throw ArgumentError for any other word.
-Profile profile_from(const std::string& word);
 Functions functions_from(const std::string& word);
 Order order_from(int number);
 
@@ -61,7 +55,6 @@ struct NotCached : ArgumentError {
 
 struct CodegenOptions {
   Order order = Order::kFirst;  // the highest that will be asked for; lower ones are always there
-  Profile profile = Profile::kStrict;
   Route route = Route::kAutomatic;
   // kSines: quickest for one point, whose sines are computed four at a time, and with the bits of dynamics/ in plain double.
   // kPortable: the same bits on every processor, and quickest in lanes.  kLibm: std::sin's bits.

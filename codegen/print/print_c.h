@@ -2,7 +2,7 @@
 //
 // Prints a function and its derivatives as self-contained C.
 //
-//   KernelSets sets = {function, "arm", content_hash(function), Profile::kStrict, plans};
+//   KernelSets sets = {function, "arm", content_hash(function), plans};
 //   Source source = print_c(sets);
 //   source.text            C99 and C++: no heap, no globals except constant tables, no library except libm
 //   source.pieces          functions for separate compilation: -DDYNTAPE_FIRST=3 -DDYNTAPE_LAST=5 compiles pieces 3

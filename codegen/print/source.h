@@ -2,7 +2,7 @@
 //
 // Input and output of the printers.
 //
-//   KernelSets sets = {function, "arm", content_hash(function), Profile::kStrict, plans};
+//   KernelSets sets = {function, "arm", content_hash(function), plans};
 //   Source source = print_c(sets);                                                          print_c.h
 #pragma once
 
@@ -25,7 +25,6 @@ struct KernelSets {
   const Function& function;  // before derivation
   std::string name;          // any text
   std::string content_hash;
-  Profile profile = Profile::kStrict;
   std::vector<KernelPlan> kernels;     // by order, from kValue
   std::size_t piece_statements = 250;  // length of the called functions
   Functions functions = kDefaultFunctions;

@@ -132,9 +132,9 @@ std::string fault_of_private(const std::string& path) {
 }
 
 Manifest read_manifest(const Json& json) {
-  return {get<std::string>(json, "name", ""),     get<int>(json, "order", 0),
-          get<std::string>(json, "profile", ""),  get<std::string>(json, "generator", ""),
-          get<std::string>(json, "compiler", ""), get<std::string>(json, "text_hash", "")};
+  return {get<std::string>(json, "name", ""), get<int>(json, "order", 0),
+          get<std::string>(json, "generator", ""), get<std::string>(json, "compiler", ""),
+          get<std::string>(json, "text_hash", "")};
 }
 
 }  // namespace
@@ -203,7 +203,6 @@ std::string manifest_text(const Key& key, const Manifest& manifest, const std::s
               {"key_text", key.text},
               {"name", manifest.name},
               {"order", manifest.order},
-              {"profile", manifest.profile},
               {"generator", manifest.generator},
               {"compiler", manifest.compiler},
               {"text_hash", manifest.text_hash},

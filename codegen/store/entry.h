@@ -18,7 +18,7 @@ Key make_key(std::string text);
 struct Manifest {
   std::string name;  // of the function: a label
   int order = 0;
-  std::string profile, generator, compiler;
+  std::string generator, compiler;
   std::string text_hash;  // of the C text
 };
 

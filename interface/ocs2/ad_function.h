@@ -61,7 +61,7 @@ struct AdFunctionSettings {
       false;  // true: createModels compiles even if the cache has a library (recompileLibrariesCppAd)
   bool checkFinite = true;  // true: a result that is not finite throws NumericalError
   unsigned threads = 1;     // threads that share the points of evaluateBatch; 0: all
-  CodegenOptions codegen;   // profile, compiler, route, lanes; its order, folder, flags and label are ignored
+  CodegenOptions codegen;   // compiler, route, lanes; its order, folder, flags and label are ignored
 };
 
 // How the current model was made, and its size.

@@ -228,13 +228,11 @@ Route route_from(const std::string& name) {
 }
 
 std::shared_ptr<RecordedFunction> compile(std::shared_ptr<RecordedFunction> f, int order,
-                                          const std::string& route, bool lanes, const std::string& profile,
-                                          const std::string& functions,
+                                          const std::string& route, bool lanes, const std::string& functions,
                                           const std::vector<std::string>& flags) {
   CodegenOptions options;
   options.order = order_from(order);
   options.route = route_from(route);
-  options.profile = profile_from(profile);
   options.functions = functions_from(functions);
   options.lanes = lanes ? Lanes::kNative : Lanes::kNone;
   options.flags = flags;
@@ -408,25 +406,22 @@ void bind_functions(nb::module_& module) {
       "hessian_pattern", [](const RecordedFunction& g) { return pattern_of(g, Order::kSecond); },
       nb::sig("def hessian_pattern(self) -> tuple[IntArray, IntArray]"),
       "Rows and columns of the non-zeros of the Hessian's lower triangle.");
-  f.def(
-      "compile", compile, nb::arg("order") = 2, nb::kw_only(), nb::arg("route") = "tiered",
-      nb::arg("lanes") = false, nb::arg("profile") = "strict",
-      nb::arg("functions") = to_string(kDefaultFunctions), nb::arg("flags") = std::vector<std::string>(),
-      nb::sig("def compile(self, order: int = 2, *, route: str = 'tiered', lanes: bool = False, "
-              "profile: str = 'strict', functions: str = 'sines', flags: Sequence[str] = ()) -> Function"),
-      "Compiles value and derivatives up to `order`, or takes them from the cache; returns the function "
-      "itself.\n\n"
-      "route: \"tiered\", machine code within milliseconds and what the C compiler makes when that is "
-      "there;\n"
-      "\"machine-code\", without a compiler; \"compiled\", which waits for it.  In strict all have the same "
-      "bits.\n"
-      "lanes: kernels of several states at a time besides, for batches.\n"
-      "profile: \"strict\", the bits of the interpreter, or \"fast\".  flags: for the C compiler.\n"
-      "functions: \"sines\", sine and cosine of dyntape's own and the C library's others, \"libm\", all of "
-      "the "
-      "C library,\n"
-      "or \"portable\", the same bits on every processor, quickest in lanes.\n\n"
-      "Raises ToolError if the compiler that is waited for fails; the interpreter then goes on serving.");
+  f.def("compile", compile, nb::arg("order") = 2, nb::kw_only(), nb::arg("route") = "tiered",
+        nb::arg("lanes") = false, nb::arg("functions") = to_string(kDefaultFunctions),
+        nb::arg("flags") = std::vector<std::string>(),
+        nb::sig("def compile(self, order: int = 2, *, route: str = 'tiered', lanes: bool = False, "
+                "functions: str = 'sines', flags: Sequence[str] = ()) -> Function"),
+        "Compiles value and derivatives up to `order`, or takes them from the cache; returns the function "
+        "itself.\n\n"
+        "route: \"tiered\", machine code within milliseconds and what the C compiler makes when that is "
+        "there;\n"
+        "\"machine-code\", without a compiler; \"compiled\", which waits for it.  All have the same bits.\n"
+        "lanes: kernels of several states at a time besides, for batches.\n"
+        "functions: \"sines\", sine and cosine of dyntape's own and the C library's others, \"libm\", all of "
+        "the C library,\n"
+        "or \"portable\", the same bits on every processor, quickest in lanes.\n"
+        "flags: for the C compiler.\n\n"
+        "Raises ToolError if the compiler that is waited for fails; the interpreter then goes on serving.");
   bind_function_facts(f);
   module.def(
       "record", record_function, nb::arg("f"), nb::arg("n_x"), nb::arg("n_p") = 0, nb::kw_only(),

@@ -2,8 +2,6 @@
 #include <dyntape/interface/robot/minverse_columns.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstring>
 
 #include <dyntape/autodiff/processor.h>
@@ -29,20 +27,8 @@ struct SumOf<true> {
   typedef double Type;
 };
 
-// sum - a d, rounded twice, or once.
-template <bool fused, class Sum>
-void subtract(Sum& sum, const Sum& a, const Sum& d) {
-  if constexpr (!fused) {
-    sum = sum - a * d;
-  } else if constexpr (sizeof(Sum) == sizeof(double)) {
-    sum = std::fma(-a, d, sum);
-  } else {
-    for (std::size_t l = 0; l < sizeof(Sum) / 8; ++l) sum[l] = std::fma(-a[l], d[l], sum[l]);
-  }
-}
-
 // Rows [first, first + rows) of a column: sums of products in the order of its path.
-template <int lanes, bool fused, int rows>
+template <int lanes, int rows>
 void column(const double* in, int nv, const int* path, int count, const double* d, int first, double* out) {
   constexpr int w = width<lanes>(), sums = rows * lanes / w, of_row = lanes == 1 ? 1 : lanes / w;
   using Sum = typename SumOf<w == 1>::Type;
@@ -59,7 +45,7 @@ void column(const double* in, int nv, const int* path, int count, const double* 
   for (int c = 1; c < count; ++c) {
     m = in + (path[c] * nv + first) * lanes;
     d += lanes;
-    for (int k = 0; k < sums; ++k) subtract<fused>(x[k], at(m, k), factor(d, k));
+    for (int k = 0; k < sums; ++k) x[k] = x[k] - at(m, k) * factor(d, k);
   }
   double results[rows * lanes];
   std::memcpy(results, x, sizeof results);
@@ -67,7 +53,7 @@ void column(const double* in, int nv, const int* path, int count, const double* 
 }
 
 // The last group ends with the last row, and may do some rows of the group before once more.
-template <int lanes, bool fused>
+template <int lanes>
 void columns(const MinverseColumns& of, const double* in, double* out) {
   constexpr int kMost = lanes == 1 ? 32 : 8, kLeast = 8;
   const double* d = in + of.nv * of.nv * lanes;
@@ -75,7 +61,7 @@ void columns(const MinverseColumns& of, const double* in, double* out) {
     for (int j = of.known[block]; j < of.nv; ++j) {
       const int begin = j == 0 ? 0 : of.end[j - 1], count = of.end[j] - begin;
       const auto rows = [&]<int n>(int first) {
-        column<lanes, fused, n>(in, of.nv, of.path + begin, count, d, first, out + j * lanes);
+        column<lanes, n>(in, of.nv, of.path + begin, count, d, first, out + j * lanes);
       };
       int first = 0;
       for (; first + kMost <= of.nv; first += kMost) rows.template operator()<kMost>(first);
@@ -86,18 +72,13 @@ void columns(const MinverseColumns& of, const double* in, double* out) {
   }
 }
 
-template <bool fused>
-void of_lanes(const MinverseColumns& of, int lanes, const double* in, double* out) {
-  if (lanes == 1) return columns<1, fused>(of, in, out);
-  if (lanes == 2) return columns<2, fused>(of, in, out);
-  if (lanes == 4) return columns<4, fused>(of, in, out);
-  columns<8, fused>(of, in, out);
-}
-
 }  // namespace
 
-void minverse_columns(const MinverseColumns& of, bool fused, int lanes, const double* in, double* out) {
-  fused ? of_lanes<true>(of, lanes, in, out) : of_lanes<false>(of, lanes, in, out);
+void minverse_columns(const MinverseColumns& of, int lanes, const double* in, double* out) {
+  if (lanes == 1) return columns<1>(of, in, out);
+  if (lanes == 2) return columns<2>(of, in, out);
+  if (lanes == 4) return columns<4>(of, in, out);
+  columns<8>(of, in, out);
 }
 
 }  // namespace dyntape

@@ -2,7 +2,7 @@
 //
 // The loop of MinverseProduct in numbers, for each level of the processor (tools/levels.cmake).
 //
-//   minverse_columns({nv, known, path.data(), end.data()}, false, 8, in, out);      // eight lanes, entry i of lane l at [8 i + l]
+//   minverse_columns({nv, known, path.data(), end.data()}, 8, in, out);      // eight lanes, entry i of lane l at [8 i + l]
 #pragma once
 
 namespace dyntape {
@@ -14,7 +14,7 @@ struct MinverseColumns {
   const int* end;    // (nv) where those of a column end
 };
 
-// 1, 2, 4 or 8 lanes; `fused`: by fma.  Columns that are known are left to the caller.
-void minverse_columns(const MinverseColumns& of, bool fused, int lanes, const double* in, double* out);
+// 1, 2, 4 or 8 lanes.  Columns that are known are left to the caller.
+void minverse_columns(const MinverseColumns& of, int lanes, const double* in, double* out);
 
 }  // namespace dyntape

@@ -15,24 +15,13 @@ namespace {
 
 constexpr int kStep = 8;  // rows at once
 
-// A group of rows is one register; x -= m e for a group, rounded once.
+// A group of rows is one register.
 constexpr char kGroup[] = R"(#if defined(__AVX512F__)
 typedef double group __attribute__((vector_size(64), aligned(8), may_alias));
 #elif defined(__AVX__)
 typedef double group __attribute__((vector_size(32), aligned(8), may_alias));
 #else
 typedef double group __attribute__((vector_size(16), aligned(8), may_alias));
-#endif
-)";
-constexpr char kSubtractFused[] = R"(#if defined(__AVX512F__)
-#define SUBTRACT(x, m) x = __builtin_ia32_vfmaddpd512_mask(-(m), e - (group){0}, x, (unsigned char)-1, 4);
-#elif defined(__AVX__) && defined(__FMA__)
-#define SUBTRACT(x, m) x = __builtin_ia32_vfmaddpd256(-(m), e - (group){0}, x);
-#else
-#define SUBTRACT(x, m) { \
-    const group minus = -(m); \
-    for (r = 0; r < (int)(sizeof(group) / sizeof(double)); ++r) x[r] = __builtin_fma(minus[r], e, x[r]); \
-  }
 #endif
 )";
 
@@ -80,20 +69,19 @@ VectorXad MinverseProduct::arguments(const MatrixXad& Minv, const MatrixXad& dta
   return in;
 }
 
-template <class T, class Subtract>
-void MinverseProduct::run(const T* in, T* out, Subtract subtract) const {
-  const T *d = in + nv_ * nv_, *u = in + n_in() - 6;
+void MinverseProduct::run(const AD* in, AD* out) const {
+  const AD *d = in + nv_ * nv_, *u = in + n_in() - 6;
   for (int block = 0; block < 2; ++block, out += nv_ * nv_, u += 3) {
     const int known = known_[block];
-    for (int r = 0; r < nv_; ++r) std::fill_n(out + r * nv_, known, T(0));
+    for (int r = 0; r < nv_; ++r) std::fill_n(out + r * nv_, known, AD(0));
     for (int k = 0; k < 3 && known; ++k) {
       out[k * nv_ + known - 3 + (k + 1) % 3] = -u[(k + 2) % 3];
       out[k * nv_ + known - 3 + (k + 2) % 3] = u[(k + 1) % 3];
     }
     for (int j = known; j < nv_; ++j) {
       for (int r = 0; r < nv_; ++r) {
-        T x = -(in[path_[begin(j)] * nv_ + r] * d[0]);
-        for (int c = begin(j) + 1; c < end_[j]; ++c) x = subtract(x, in[path_[c] * nv_ + r], d[c - begin(j)]);
+        AD x = -(in[path_[begin(j)] * nv_ + r] * d[0]);
+        for (int c = begin(j) + 1; c < end_[j]; ++c) x = x - in[path_[c] * nv_ + r] * d[c - begin(j)];
         out[r * nv_ + j] = x;
       }
       d += end_[j] - begin(j);
@@ -101,8 +89,8 @@ void MinverseProduct::run(const T* in, T* out, Subtract subtract) const {
   }
 }
 
-void MinverseProduct::run(const double* in, double* out, int lanes, Sums sums) const {
-  minverse_columns({nv_, known_.data(), path_.data(), end_.data()}, sums == Sums::kFused, lanes, in, out);
+void MinverseProduct::run(const double* in, double* out, int lanes) const {
+  minverse_columns({nv_, known_.data(), path_.data(), end_.data()}, lanes, in, out);
   const double* u = in + (n_in() - 6) * std::size_t(lanes);
   const auto at = [&](double* result, int row, int column) { return result + (row * nv_ + column) * lanes; };
   for (int block = 0; block < 2; ++block, out += nv_ * nv_ * lanes, u += 3 * lanes) {
@@ -141,20 +129,19 @@ std::string MinverseProduct::c_loops(const std::string& real, const std::string&
          "; d += end[j] - begin, begin = end[j++]) {\n" + body + "  }\n}\n";
 }
 
-std::string MinverseProduct::c_body(Sums sums) const {
+std::string MinverseProduct::c_body() const {
   const std::string n = std::to_string(nv_);
   const auto of_width = [&](const char* condition, int width) {
-    return condition + std::string("\n") + c_column(sums, width);
+    return condition + std::string("\n") + c_column(width);
   };
   const std::string body = of_width("#if defined(__AVX512F__)", 8) + of_width("#elif defined(__AVX__)", 4) +
                            of_width("#else", 2) + "#endif\n";
-  return kGroup + std::string(sums == Sums::kFused ? kSubtractFused : "") +
-         c_loops("double", "    double x[" + n + "], e;\n" + body + "    for (r = 0; r < " + n +
-                               "; ++r) out[r * " + n + " + j] = x[r];\n");
+  return kGroup + c_loops("double", "    double x[" + n + "], e;\n" + body + "    for (r = 0; r < " + n +
+                                        "; ++r) out[r * " + n + " + j] = x[r];\n");
 }
 
 // A column of the result, in groups of `width` rows.
-std::string MinverseProduct::c_column(Sums sums, int width) const {
+std::string MinverseProduct::c_column(int width) const {
   constexpr int kAtOnce = 6;
   const int groups = (nv_ + width - 1) / width;
   std::string body;
@@ -165,8 +152,7 @@ std::string MinverseProduct::c_column(Sums sums, int width) const {
       const std::string m = "*(const group*)(m + " + at + ") * e";
       declared += (g == first ? "" : ", ") + x;
       started += "      " + x + " = -(" + m + ");\n";
-      summed += sums == Sums::kFused ? "        SUBTRACT(" + x + ", *(const group*)(m + " + at + "))\n"
-                                     : "        " + x + " = " + x + " - " + m + ";\n";
+      summed += "        " + x + " = " + x + " - " + m + ";\n";
       stored += "      *(group*)(x + " + at + ") = " + x + ";\n";
     }
     body += "    {\n      group " + declared + ";\n      m = in + row[begin], e = d[0];\n" + started +
@@ -176,15 +162,14 @@ std::string MinverseProduct::c_column(Sums sums, int width) const {
   return body;
 }
 
-std::string MinverseProduct::c_body_of_lanes(Sums sums) const {
+std::string MinverseProduct::c_body_of_lanes() const {
   const std::string n = std::to_string(nv_);
   std::string declared, started, summed, stored;
   for (int k = 0; k < kStep; ++k) {
     const std::string x = "x" + std::to_string(k), m = "m[" + std::to_string(k) + "]";
     declared += ", " + x;
     started += "      " + x + " = -(" + m + " * e);\n";
-    summed += "        " + x + " = " +
-              (sums == Sums::kFused ? "dt_fma(-" + m + ", e, " + x + ")" : x + " - " + m + " * e") + ";\n";
+    summed += "        " + x + " = " + x + " - " + m + " * e;\n";
     stored += "      out[(at + " + std::to_string(k) + ") * " + n + " + j] = " + x + ";\n";
   }
   return c_loops("reals", "    for (r = 0; r < " + n + "; r += " + std::to_string(kStep) +
@@ -197,39 +182,31 @@ std::string MinverseProduct::c_body_of_lanes(Sums sums) const {
 }
 
 // The first row of a column takes a product and a negation, each further one a product and a difference.
-std::vector<OperationCount> MinverseProduct::operations(Sums sums) const {
+std::vector<OperationCount> MinverseProduct::operations() const {
   const auto n = static_cast<std::size_t>(nv_), of_path = n_in() - n * n - (known_[0] ? 6 : 0),
              firsts = n * (2 * n - static_cast<std::size_t>(known_[0] + known_[1])),
              others = n * of_path - firsts, negations = firsts + (known_[0] ? 6 : 0);
-  if (sums == Sums::kFused) return {{Op::Mul, firsts}, {Op::Neg, negations}, {Op::Fnma, others}};
   return {{Op::Sub, others}, {Op::Mul, firsts + others}, {Op::Neg, negations}};
 }
 
-std::shared_ptr<const Callee> MinverseProduct::callee(Sums sums) const {
+std::shared_ptr<const Callee> MinverseProduct::callee() const {
   if (nv_ < kStep)
     throw ArgumentError("MinverseProduct: the robot has " + std::to_string(nv_) +
                         " degrees of freedom, a loop is for " + std::to_string(kStep) + " or more");
-  const auto apart = [](const auto& x, const auto& a, const auto& b) { return x - a * b; };
-  const auto at_once = [](const auto& x, const auto& a, const auto& b) {
-    using std::fma;
-    return fma(-a, b, x);
-  };
   const std::string name = "minus_minverse_times";
   const std::size_t n_out = 2 * static_cast<std::size_t>(nv_) * nv_;
   Kernel kernel;
-  kernel.operations = operations(sums);
-  kernel.c_body = c_body(sums);
-  kernel.c_body_of_lanes = c_body_of_lanes(sums);
-  kernel.evaluate = [self = *this, sums](const double* in, double* out) { self.run(in, out, 1, sums); };
-  kernel.evaluate_lanes = [self = *this, sums](const double* in, double* out, int lanes) {
-    self.run(in, out, lanes, sums);
+  kernel.operations = operations();
+  kernel.c_body = c_body();
+  kernel.c_body_of_lanes = c_body_of_lanes();
+  kernel.evaluate = [self = *this](const double* in, double* out) { self.run(in, out, 1); };
+  kernel.evaluate_lanes = [self = *this](const double* in, double* out, int lanes) {
+    self.run(in, out, lanes);
   };
-  if (sums == Sums::kApart) kernel.fused = [self = *this] { return self.callee(Sums::kFused); };
   kernel.unrolled = [=, self = *this] {
     return std::make_shared<const Function>(record(name, self.n_in(), [&](const VectorXad& in) {
       VectorXad out(static_cast<Eigen::Index>(n_out));
-      sums == Sums::kFused ? self.run(in.data(), out.data(), at_once)
-                           : self.run(in.data(), out.data(), apart);
+      self.run(in.data(), out.data());
       return out;
     }));
   };

@@ -35,10 +35,8 @@ class MinverseProduct {
   // Whether a loop is faster than straight-line code.
   bool is_worth_a_loop() const;
 
-  // kFused: with fma, other last bits; kApart becomes kFused in the profile fast (Callee::fused).
-  enum class Sums { kApart, kFused };
   // ArgumentError: the robot has fewer than eight degrees of freedom.
-  std::shared_ptr<const Callee> callee(Sums sums = Sums::kApart) const;
+  std::shared_ptr<const Callee> callee() const;
   // For a free base, also gravity and the angular velocity, both in its frame.
   VectorXad arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq, const MatrixXad& dtau_dv,
                       const Vector3ad& gravity = Vector3ad::Zero(),
@@ -47,14 +45,13 @@ class MinverseProduct {
  private:
   int begin(int j) const { return j == 0 ? 0 : end_[j - 1]; }
   std::size_t n_in() const;
-  template <class T, class Subtract>
-  void run(const T* in, T* out, Subtract subtract) const;
-  void run(const double* in, double* out, int lanes, Sums sums) const;  // entry i of lane l at [i lanes + l]
-  std::vector<OperationCount> operations(Sums sums) const;
+  void run(const AD* in, AD* out) const;
+  void run(const double* in, double* out, int lanes) const;  // entry i of lane l at [i lanes + l]
+  std::vector<OperationCount> operations() const;
   std::string c_loops(const std::string& real, const std::string& body) const;
-  std::string c_body(Sums sums) const;
-  std::string c_column(Sums sums, int width) const;
-  std::string c_body_of_lanes(Sums sums) const;
+  std::string c_body() const;
+  std::string c_column(int width) const;
+  std::string c_body_of_lanes() const;
 
   int nv_;
   std::array<int, 2> known_ = {0, 0};  // the first columns of the two results that need no product

@@ -25,7 +25,6 @@
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/passes/outline.h>
-#include <dyntape/codegen/passes/simplify.h>
 #include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/schedule/schedule.h>
 #include <dyntape/interface/files/info/section.h>
@@ -239,7 +238,6 @@ Stages run_stages(Function (*make)(std::size_t), std::size_t n) {
   clock("gradient", nodes, [&] { return vjp(f); });
   clock("second order", nodes, [&] { return derive(f, Order::kSecond); });
   const Derivatives d = clock("first order", nodes, [&] { return derive(f, Order::kFirst); });
-  clock("fast", nodes, [&] { return codegen::simplify(d, Profile::kFast, true); });
   clock("outline", nodes, [&] { return codegen::outlined(d.function); });
   clock("schedule", nodes, [&] { return codegen::schedule(d.function, groups_of(d), 250); });
   clock("text", nodes, [&] { return generate_source(f).text.size(); });

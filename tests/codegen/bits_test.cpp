@@ -111,6 +111,34 @@ TEST_P(Bits, ProductsOfComplexNumbers) {
   EXPECT_GT(expect_same_bits(f, c, Order::kFirst, random, 200), 10000u);
 }
 
+// Differences of equal products: with one of them unrounded they are not zero, and a root or acosh of them is NaN.
+TEST_P(Bits, ExactZerosOfDifferencesStay) {
+  Random random(601 + GetParam());
+  SCOPED_TRACE(random.seed_text());
+  const Function f = record("zeros", 8, [](const VectorXad& x) {
+    const auto square = [](const AD& a) { return AD(a * a); };
+    // Each is zero where the second four entries are the first.
+    const AD zeros[] = {square(x[0]) - square(x[4]),
+                        x[0] * x[1] - x[4] * x[5],
+                        x.head(4).squaredNorm() - x.tail(4).squaredNorm(),
+                        (square(x[0]) - square(x[4])) + (x[1] * x[2] - x[5] * x[6]),
+                        (x[2] - x[6]) + square(x[0]) - square(x[4]),
+                        x[0] / x[3] - x[4] / x[7],
+                        (x[0] * x[1] + x[0] * x[2]) - (x[4] * x[5] + x[4] * x[6]),
+                        x[0] * x[1] + (-x[4]) * x[5]};
+    VectorXad y(24);
+    for (int i = 0; i < 8; ++i)
+      y[3 * i] = zeros[i], y[3 * i + 1] = sqrt(zeros[i]), y[3 * i + 2] = acosh(1 + zeros[i]);
+    return y;
+  });
+  const CompiledFunction c = compiled(f, kVariants[GetParam()], Order::kValue);
+  for (int k = 0; k < 200; ++k) {
+    std::vector<double> x = random.vector(4, 0.1, 1);
+    x.insert(x.end(), x.begin(), x.begin() + 4);
+    for (const double y : c.evaluate(Order::kValue, x).y) ASSERT_EQ(y, 0) << "point " << k;
+  }
+}
+
 // Zeros of either sign, which compilers that take a negation into fma get wrong: all signs of all operands, negated
 // again, asked by atan2 and by a quotient.
 TEST_P(Bits, NegatedFusedProducts) {

@@ -95,9 +95,6 @@ TEST_F(CacheFolder, WhatDecidesTheLibraryEntersTheKey) {
   o.flags = {"-march=x86-64"};
   expect(false, with_constant(c), o, "another processor");
   o = options();
-  o.profile = Profile::kFast;
-  expect(false, with_constant(c), o, "another profile");
-  o = options();
   o.piece_statements = 4;
   expect(false, with_constant(c), o, "cut otherwise");
   if (!testing::program("clang").empty()) {
@@ -360,7 +357,6 @@ TEST_F(CacheFolder, ListVerifyClear) {
   for (const Entry& entry : cache().list()) {
     EXPECT_EQ(entry.manifest.name, "scaled");
     EXPECT_EQ(entry.manifest.order, 1);
-    EXPECT_EQ(entry.manifest.profile, "strict");
     EXPECT_NE(entry.manifest.compiler.find("version"), std::string::npos);
     EXPECT_GT(entry.bytes, 5000u);
     EXPECT_EQ(cache().verify(fs::path(entry.folder).filename()).fault, Fault::kNone);

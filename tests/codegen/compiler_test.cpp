@@ -135,13 +135,13 @@ TEST(Flags, AcceptedOnesReachTheCompiler) {
 
 TEST(MissingCompiler, IsSaidOnceAndDoneWithout) {
   CodegenOptions options = uncached();
-  options.compiler = "/nowhere/cc";
+  options.compiler = "/nowhere/else/cc";
   EXPECT_THROW(CompiledFunction::make(trigonometric(), options), ToolError);
   options.route = Route::kAutomatic;
   ::testing::internal::CaptureStderr();
   const CompiledFunction c = CompiledFunction::make(trigonometric(), options);
   EXPECT_NE(::testing::internal::GetCapturedStderr().find(
-                "\"/nowhere/cc\" does not exist; functions are not compiled"),
+                "\"/nowhere/else/cc\" does not exist; functions are not compiled"),
             std::string::npos);
   EXPECT_EQ(c.route(), testing::without_compiler());
   EXPECT_EQ(c.evaluate(Order::kValue, {0.5, 2.0}).y, evaluate(trigonometric(), {0.5, 2.0}));

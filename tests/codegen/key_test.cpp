@@ -22,7 +22,7 @@ VectorXad one(const AD& x) { return VectorXad::Constant(1, x); }
 // A kernel by hand, all of which can be chosen.
 struct Recipe {
   double value = 2, jvp = 2, vjp = 2, second = 0;
-  std::string name = "kernel", comment, lanes = "", fused = "";
+  std::string name = "kernel", comment, lanes = "";
   Pattern pattern;
   std::size_t operations = 1;
   bool is_recorded = false, dissolves = false, is_inner = false;
@@ -51,15 +51,6 @@ std::shared_ptr<const Callee> kernel(const Recipe& r) {
     kernel.c_body = r.comment + "out[0] = " + std::to_string(r.value) + " * in[0];\n";
     kernel.c_body_of_lanes = r.lanes;
     kernel.operations = {{Op::Mul, r.operations}};
-    if (!r.fused.empty()) {
-      kernel.fused = [r] {
-        Recipe fused = r;
-        fused.fused = "";
-        auto callee = std::make_shared<Callee>(*key_test::kernel(fused));
-        std::get<Kernel>(callee->body).c_body = r.fused;
-        return callee;
-      };
-    }
   }
   auto callee = std::make_shared<Callee>(r.name, 1, 1, body);
   callee->pattern = r.pattern;
@@ -127,7 +118,6 @@ TEST_F(LibraryKey, EveryPartOfAKernel) {
        }},
       {"operations", [](Recipe& r) { r.operations = 2; }},
       {"body of lanes", [](Recipe& r) { r.lanes = "out[0] = in[0] + in[0];\n"; }},
-      {"fused", [](Recipe& r) { r.fused = "out[0] = 2.0 * in[0];\n"; }},
       {"name", [](Recipe& r) { r.name = "other"; }},  // a body may call itself
   };
   for (const auto& [what, change] : changes) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Libraries in a process: many at once, replaced on disk, unloaded in any order; what loading leaves alone.
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/store/cache.h>
 #include <dyntape/codegen/store/library.h>
 #include <gtest/gtest.h>
@@ -105,6 +107,34 @@ TEST(Loading, Case115_FiveHundredLibrariesInAnyOrder) {
                                      nullptr, nullptr);
     ASSERT_EQ(y, expected);
     loaded.erase(loaded.begin() + static_cast<std::ptrdiff_t>(random.below(loaded.size())));
+  }
+}
+
+// The descriptor of another version has other fields: it is refused before a field behind the number is read.
+TEST(Loading, ALibraryOfAnotherInterfaceIsRefused) {
+  const Scratch scratch;
+  const Function f = compact(scaled(2));
+  const std::string content = content_hash(f), text = generate_source(f, {}).text;
+  const auto load = [&](int number) {
+    const std::string source = scratch / (std::to_string(number) + ".c"), library = source + ".so";
+    const std::string own = "#define DYNTAPE_ABI " + std::to_string(DYNTAPE_ABI) + "\n";
+    const std::size_t at = text.find(own);
+    EXPECT_NE(at, std::string::npos);
+    codegen::write_file(source, std::string(text).replace(
+                                    at, own.size(), "#define DYNTAPE_ABI " + std::to_string(number) + "\n"));
+    EXPECT_EQ(testing::output_of({"/usr/bin/cc", "-shared", "-fPIC", source, "-o", library, "-lm"}, scratch),
+              "");
+    return Library::load(library, content);
+  };
+  EXPECT_NE(load(DYNTAPE_ABI), nullptr);
+  try {
+    load(DYNTAPE_ABI - 1);
+    FAIL() << "loaded";
+  } catch (const ToolError& e) {
+    EXPECT_NE(std::string(e.what()).find("its interface is number " + std::to_string(DYNTAPE_ABI - 1) +
+                                         ", this program's is number " + std::to_string(DYNTAPE_ABI)),
+              std::string::npos)
+        << e.what();
   }
 }
 

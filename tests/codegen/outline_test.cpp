@@ -117,11 +117,9 @@ TEST(Outline, ALegOfAnotherKindIsLeftAlone) {
 }
 
 // Compiled against the interpreter.
-void expect_interpreted_bits(const Function& f, Order order, Random& random,
-                             Profile profile = Profile::kStrict) {
+void expect_interpreted_bits(const Function& f, Order order, Random& random) {
   CodegenOptions options;
   options.order = order;
-  options.profile = profile;
   options.use_cache = false;
   options.route = Route::kInterpreter;
   const CompiledFunction reference = CompiledFunction::make(f, options);
@@ -155,7 +153,7 @@ TEST(Outline, BitsAreThoseOfTheInterpreter) {
     EXPECT_FALSE(codegen::outlined(f).graph.callees().empty());
     expect_interpreted_bits(f, Order::kValue, random);
   }
-  expect_interpreted_bits(record_walker({3, 130, true, -1, false}), Order::kValue, random, Profile::kFast);
+  expect_interpreted_bits(record_walker({3, 130, true, -1, false}), Order::kValue, random);
   expect_interpreted_bits(record_walker({4, 24, true, -1, true}), Order::kFirst, random);
 }
 

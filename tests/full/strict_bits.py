@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A table of hashes of what strict evaluations give: robot, function, route, hash.
+"""A table of hashes of what evaluations give: robot, function, route, hash.
 
     strict_bits.py build/bin/dyntape config/robots > now.csv
     strict_bits.py build/bin/dyntape config/robots --against before.csv     # prints what differs, exit 1 if anything does

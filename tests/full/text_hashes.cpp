@@ -4,7 +4,7 @@
 //
 //   ninja -C build text_hashes && build/bin/text_hashes config/robots/*.urdf >now.csv; diff before.csv now.csv
 //
-// Columns: robot, function, profile, operations, hash of the text.  Second derivatives of large robots are left out:
+// Columns: robot, function, operations, hash of the text.  Second derivatives of large robots are left out:
 // minutes each.  Order 2 stands for what optimal control compiles of the two dynamics (robot_callee.h).
 #include <filesystem>
 #include <iomanip>
@@ -32,14 +32,11 @@ std::uint64_t hash_of(const std::string& text) {  // FNV-1a
 }
 
 void print(const std::string& robot, const std::string& name, const Function& function, Order order) {
-  for (const Profile profile : {Profile::kStrict, Profile::kFast}) {
-    CodegenOptions options;
-    options.order = order;
-    options.profile = profile;
-    const codegen::Source source = generate_source(function, options);
-    std::cout << robot << "," << name << "," << (profile == Profile::kFast ? "fast" : "strict") << ","
-              << source.operations.back() << "," << std::hex << hash_of(source.text) << std::dec << std::endl;
-  }
+  CodegenOptions options;
+  options.order = order;
+  const codegen::Source source = generate_source(function, options);
+  std::cout << robot << "," << name << "," << source.operations.back() << "," << std::hex
+            << hash_of(source.text) << std::dec << std::endl;
 }
 
 void print(const std::string& path, bool floats) {
@@ -54,7 +51,7 @@ void print(const std::string& path, bool floats) {
       if (model.nv <= kLarge && (name == "rnea" || name == "aba"))
         print(robot, name + " to order 2", record_differentiable(model, function), Order::kSecond);
     } catch (const Error& e) {
-      std::cout << robot << "," << name << ",refused,,\"" << e.what() << "\"" << std::endl;
+      std::cout << robot << "," << name << ",refused,\"" << e.what() << "\"" << std::endl;
     }
   }
 }
@@ -63,6 +60,6 @@ void print(const std::string& path, bool floats) {
 }  // namespace dyntape
 
 int main(int count, char** arguments) {
-  std::cout << "robot,function,profile,operations,hash\n";
+  std::cout << "robot,function,operations,hash\n";
   for (int i = 1; i < count; ++i) dyntape::print(arguments[i], false), dyntape::print(arguments[i], true);
 }

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 #ifndef DYNTAPE_ABI
-#define DYNTAPE_ABI 2
+#define DYNTAPE_ABI 3
 
 /* Doubles from one point, or block of points, to the next, for each array. */
 typedef struct dyntape_strides {
@@ -66,8 +66,7 @@ typedef struct dyntape_descriptor {
   const char* generator;
   const char* name;
   const char* content_hash; /* of the function, before derivation */
-  const char* profile;
-  const char* scalar; /* "double" */
+  const char* scalar;       /* "double" */
   dyntape_block x, p, w, y;
   dyntape_pattern jacobian, hessian;
   uint32_t n_guards, n_kernels;

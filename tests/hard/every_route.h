@@ -5,9 +5,9 @@
 //   struct Sinc { template <class T> VectorX<T> operator()(const VectorX<T>& x) const { ... } };
 //   expect_by_every_route("sinc", Sinc(), x, {.value = 4e-15});
 //
-// Routes.  Bit-equal: the interpreter point by point and in lanes, strict C at -O0 and at -O3, point by point and in lanes,
+// Routes.  Bit-equal: the interpreter point by point and in lanes, C at -O0 and at -O3, point by point and in lanes,
 // with a harmless point beside each hard one.  To a tolerance: the template in double, the interpreter with portable
-// functions and with libm's, fast C, the function as a callee of another, forward mode, reverse mode, forward over reverse.
+// functions and with libm's, the function as a callee of another, forward mode, reverse mode, forward over reverse.
 // References: the template in 113 bits for values; the derived graph in 113 bits for derivatives, itself held to differences
 // of the template there.
 #pragma once

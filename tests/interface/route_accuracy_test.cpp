@@ -6,7 +6,6 @@
 
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/passes/simplify.h>
 #include <dyntape/dynamics/algebra/float128.h>
 #include <dyntape/dynamics/algorithms/inertia_condition.h>
 #include <dyntape/dynamics/urdf/urdf.h>
@@ -79,23 +78,21 @@ VectorXd interpret(const Function& f, const VectorXd& x) {
 }
 
 const RobotFunction kFunctions[] = {RobotFunction("minverse"), RobotFunction::kFdDerivatives};
-enum Way { kPlain, kTape, kStrict, kFast, kWays };
+enum Way { kPlain, kTape, kGenerated, kWays };
 using Table = std::array<Errors, kWays>;
 
 // Generated code has the bits of its interpreted recording (RobotBits, MinverseProduct), so that is what is run here.
 Table errors_of(const Model<double>& model, const std::vector<State>& states) {
   Table table;
   for (const RobotFunction& function : kFunctions) {
-    const Function strict = record_robot_function(model, function),
-                   tape = record_robot_function(model, function, RobotSource::kDifferentiated),
-                   fast = codegen::simplify(strict, Profile::kFast, true);
+    const Function generated = record_robot_function(model, function),
+                   tape = record_robot_function(model, function, RobotSource::kDifferentiated);
     for (const State& s : states) {
       const Exact exact(model, s);
       const VectorXd x = state_of(s, function);
       table[kPlain].include(exact.errors(evaluate_analytic(model, function, x)));
       table[kTape].include(exact.errors(interpret(tape, x)));
-      table[kStrict].include(exact.errors(interpret(strict, x)));
-      table[kFast].include(exact.errors(interpret(fast, x)));
+      table[kGenerated].include(exact.errors(interpret(generated, x)));
     }
   }
   return table;
@@ -113,7 +110,7 @@ Table expect_equally_good(const std::string& what, const Model<double>& model,
   const Table table = errors_of(model, states);
   const double condition = dynamics::worst_inertia_condition(model);
   std::printf("%-22s %8.0e |", what.c_str(), condition);
-  const char* const names[] = {"plain", "tape", "strict", "fast"};
+  const char* const names[] = {"plain", "tape", "generated"};
   for (int way = 0; way < kWays; ++way) {
     std::printf(" %s %7.0e %7.0e", names[way], table[way].inverse, table[way].derivatives);
     EXPECT_LE(table[way].inverse, 1e-13 + 10 * table[kPlain].inverse) << what << ", " << names[way];
@@ -156,15 +153,12 @@ TEST(RouteAccuracy, CompiledInverseOfAShortLeverIsPositive) {
   const Model<double> model = two_parallel_joints(1e-10);
   Random random(42);
   const State s = dynamics::random_state(model, random);
-  for (const Profile profile : {Profile::kStrict, Profile::kFast}) {
-    RobotEvaluatorOptions options;
-    options.codegen.profile = profile;
-    options.codegen.use_cache = false;
-    RobotEvaluator generated(model, RobotFunction("minverse"), RobotRoute::kGenerated, options);
-    const VectorXd Minv = generated(s.q);
-    EXPECT_GT(Minv[0], 0);
-    EXPECT_LE(Exact(model, s).errors(Minv).inverse, 1e-14);
-  }
+  RobotEvaluatorOptions options;
+  options.codegen.use_cache = false;
+  RobotEvaluator generated(model, RobotFunction("minverse"), RobotRoute::kGenerated, options);
+  const VectorXd Minv = generated(s.q);
+  EXPECT_GT(Minv[0], 0);
+  EXPECT_LE(Exact(model, s).errors(Minv).inverse, 1e-14);
 }
 
 TEST(RouteAccuracy, MassRatios) {

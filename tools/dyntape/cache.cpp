@@ -76,7 +76,6 @@ nlohmann::json to_json(const std::vector<Entry>& entries) {
     rows.push_back({{"key", digest(e)},
                     {"name", e.manifest.name},
                     {"order", e.manifest.order},
-                    {"profile", e.manifest.profile},
                     {"compiler", e.manifest.compiler},
                     {"bytes", e.bytes},
                     {"last_used", e.last_used},
@@ -97,15 +96,14 @@ nlohmann::json to_json(const std::vector<LeftOver>& builds) {
 void list_entries(const std::vector<Entry>& entries, const std::string& folder) {
   io::TextTable table({{"function"},
                        {"order", "", io::Align::kRight},
-                       {"profile"},
                        {"size", "KiB", io::Align::kRight},
                        {"last used"},
                        {"key"}});
   std::uint64_t bytes = 0;
   for (const Entry& e : entries) {
     bytes += e.bytes;
-    table.append({e.manifest.name, std::to_string(e.manifest.order), e.manifest.profile,
-                  io::with_groups(e.bytes / 1024), day(e.last_used), digest(e)});
+    table.append({e.manifest.name, std::to_string(e.manifest.order), io::with_groups(e.bytes / 1024),
+                  day(e.last_used), digest(e)});
   }
   if (!entries.empty()) std::cout << table.text() << "\n";
   std::cout << entries.size() << (entries.size() == 1 ? " library, " : " libraries, ")
@@ -185,7 +183,7 @@ void add_cache(CLI::App& app) {
     sub->callback([options, action] { action(*options); });
   };
   add("list",
-      "every library: function, order, profile, size, when it was last used, key; and builds that were "
+      "every library: function, order, size, when it was last used, key; and builds that were "
       "interrupted",
       list);
   add("verify", "check every library against its manifest; the exit status is 0 only if all are sound",

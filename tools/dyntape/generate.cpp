@@ -26,7 +26,7 @@ namespace {
 struct GenerateOptions {
   RobotOptions robot;
   FunctionOptions function;
-  std::string profile = "strict", functions = to_string(kDefaultFunctions), output;
+  std::string functions = to_string(kDefaultFunctions), output;
   int order = 0;
   bool json = false, yes = false, nonzeros = false;
 
@@ -142,7 +142,6 @@ void run(const GenerateOptions& options) {
   const RobotFunction function = chosen(options.function.name, options.function, robot);
   CodegenOptions codegen;
   codegen.order = order_from(options.order);
-  codegen.profile = profile_from(options.profile);
   codegen.functions = functions_from(options.functions);
   const bool has_compiler = codegen::find_compiler("", {}).has_value();
   codegen.route = has_compiler ? Route::kCompiled : Route::kMachineCode;  // to count what the text holds
@@ -211,9 +210,6 @@ void add_generate(CLI::App& app) {
   command->add_option("--order", options->order, "0: values; 1: and Jacobian; 2: and weighted Hessian")
       ->transform(whole_number(0, 2))
       ->type_name("0|1|2")
-      ->capture_default_str();
-  add_choice(*command, "--profile", options->profile,
-             "strict: bit-equal to the interpreter; fast: within a tolerance", {"strict", "fast"})
       ->capture_default_str();
   add_choice(
       *command, "--functions", options->functions,

@@ -100,9 +100,6 @@ std::string path_beside(const std::string& file, Section& block, const std::stri
 EvaluationKeys read_evaluation(Section& file, PointsAtOnce points) {
   Section block = file.about("how functions are made and evaluated").child_or_empty("evaluation");
   EvaluationKeys keys;
-  keys.options.profile =
-      block.about("strict: the interpreter's bits; fast: rounded otherwise")
-          .choice_or<Profile>("profile", "strict", {{"strict", Profile::kStrict}, {"fast", Profile::kFast}});
   keys.options.route = block
                            .about(
                                "automatic: compiled where there is a compiler, and by `solve` machine code "

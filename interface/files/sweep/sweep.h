@@ -104,8 +104,7 @@ struct SampleStart {
 };
 SampleStart start_of(const SceneSweep& sweep, const Eigen::VectorXd& values);
 
-// The scene with these numbers: simulate(scene_of(sweep, 17)) ends like row 17, in the strict profile with the same
-// bits.
+// The scene with these numbers: simulate(scene_of(sweep, 17)) ends like row 17, with the same bits.
 Scene scene_of(const SceneSweep& sweep, long row);
 
 // The scene as a system with the parameters of the sweep, and the edit that inserts them into a recording.

@@ -20,11 +20,11 @@ MeshOptions mesh_of(const Task& task) {
   return mesh;
 }
 
-// Iterations start with machine code while functions are compiled, if this changes no bit and the libraries were not
-// requested.  One core is reserved for the solver.
+// Iterations start with machine code while functions are compiled, if the libraries were not requested.
+// One core is reserved for the solver.
 void begin_at_once(const Task& task, CodegenOptions& options) {
-  if (options.route != Route::kAutomatic || options.profile != Profile::kStrict) return;
-  if (options.force_rebuild || !task.models.model_folder.empty()) return;
+  if (options.route != Route::kAutomatic || options.force_rebuild || !task.models.model_folder.empty())
+    return;
   options.route = Route::kTiered;
   const unsigned cores = std::thread::hardware_concurrency();
   if (options.jobs == 0 && cores > 1) options.jobs = cores - 1;

@@ -161,7 +161,7 @@ std::vector<std::string> sweep_files() {
 std::string identity_of(const SceneSweep& sweep, const std::string& program) {
   std::string text = "format " + std::to_string(kChunkFormat) + " of " + program + "\n";
   text += "samples " + std::to_string(sweep.samples) + " seed " + std::to_string(sweep.seed) + " at a time " +
-          std::to_string(rows_at_a_time(sweep)) + " " + to_string(sweep.evaluation.profile) + "\n";
+          std::to_string(rows_at_a_time(sweep)) + "\n";
   for (const SweptValue& value : sweep.values) text += written(value);
   text += without_paths(sweep.scene.effective);
   for (double t : sweep.scene.commands.t) text += io::shortest(t) + " ";

@@ -10,7 +10,7 @@
 // sum of both at the samples of the scene; most.v, the largest entry of v at any step.  If a motion is no longer
 // finite, the row has its last finite state; values beyond the range of double are the largest double.
 //
-// In the strict profile the bits do not depend on lanes, threads and the number of rows per call.
+// The bits do not depend on lanes, threads and the number of rows per call.
 #pragma once
 
 #include <memory>

@@ -72,7 +72,7 @@ void run(const Wanted& wanted) {
 void add_advise(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "advise",
-      "measure on this machine how a task is best solved: scheme, mesh, Hessian, solver, route, profile and\n"
+      "measure on this machine how a task is best solved: scheme, mesh, Hessian, solver, route and\n"
       "integrator for so many digits, with the figures behind it and the keys to write into the task");
   const auto wanted = std::make_shared<Wanted>();
   command->add_option("task", wanted->task, "the task, an .info file (config/tasks)")

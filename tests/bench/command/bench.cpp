@@ -29,7 +29,6 @@ struct BenchOptions {
   std::string peer_prefix;
   int states = 100;
   std::uint64_t seed = 1;
-  std::string profile = "strict";
   bool json = false;
   bool lanes = false;
 };
@@ -43,11 +42,9 @@ struct Row {
 };
 
 Row measure(const dynamics::Model<double>& model, const RobotFunction& function, RobotRoute route,
-            Profile profile, const std::vector<Eigen::VectorXd>& states,
-            const std::vector<std::vector<double>>& expected) {
+            const std::vector<Eigen::VectorXd>& states, const std::vector<std::vector<double>>& expected) {
   RobotEvaluatorOptions options;
   options.codegen.use_cache = false;  // cold: what making it costs
-  options.codegen.profile = profile;
   const auto start = std::chrono::steady_clock::now();
   RobotEvaluator evaluate(model, function, route, options);
   Row row;
@@ -108,26 +105,23 @@ void run(const BenchOptions& options) {
   std::vector<std::vector<double>> expected;
   for (const auto& state : states) expected.push_back(reference(robot.model, function, state));
 
-  const Profile profile = profile_from(options.profile);
   const int nv = robot.model.nv - static_cast<int>(robot.mimics.size());
   std::vector<Row> rows;
   {
     io::LiveLine line;
     for (RobotRoute route : kRobotRoutes) {
       line.show(std::string("measuring ") + to_string(route));
-      if (has_route(function, route))
-        rows.push_back(measure(robot.model, function, route, profile, states, expected));
+      if (has_route(function, route)) rows.push_back(measure(robot.model, function, route, states, expected));
     }
   }
-  const auto in_lanes = options.lanes ? measure_lanes(robot.model, function, profile, states, expected)
-                                      : std::vector<LaneRow>();
+  const auto in_lanes =
+      options.lanes ? measure_lanes(robot.model, function, states, expected) : std::vector<LaneRow>();
   if (options.json) {
     nlohmann::json report = {{"robot", robot.model.name},
                              {"function", options.function.name},
                              {"nv", nv},
                              {"states", options.states},
                              {"seed", options.seed},
-                             {"profile", options.profile},
                              {"processor", processor_name()},
                              {"compiler", compiler_name()}};
     for (const Row& row : rows) report["routes"].push_back(to_json(row));
@@ -179,13 +173,6 @@ void add_bench(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--seed", options->seed, "of the random states")
       ->transform(seed())
-      ->capture_default_str();
-  command
-      ->add_option("--profile", options->profile,
-                   "with --function: of what is generated; strict: bit-equal to the interpreter; fast: fewer "
-                   "operations")
-      ->check(CLI::IsMember({"strict", "fast"}))
-      ->type_name("strict|fast")
       ->capture_default_str();
   command->add_flag("--lanes", options->lanes,
                     "with --function: generated kernels of several states at once as well, a state's share");

@@ -30,14 +30,13 @@ struct Made {
   double prepare;
 };
 
-Made make(const Function& recorded, Profile profile, Lanes lanes) {
+Made make(const Function& recorded, Lanes lanes) {
   CodegenOptions options;
   options.order = Order::kValue;
   options.route = Route::kCompiled;
   options.use_cache = false;
   options.functions = Functions::kPortable;
   options.lanes = lanes;
-  options.profile = profile;
   const auto start = std::chrono::steady_clock::now();
   CompiledFunction f = CompiledFunction::make(recorded, options);
   return {std::move(f), std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
@@ -52,7 +51,7 @@ double seconds_a_state(const CompiledFunction& f, const Points& points,
 }  // namespace
 
 std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const RobotFunction& function,
-                                   Profile profile, const std::vector<Eigen::VectorXd>& states,
+                                   const std::vector<Eigen::VectorXd>& states,
                                    const std::vector<std::vector<double>>& expected) {
   const Function recorded = record_robot_function(model, function);
   const NonzeroOutputs nonzero = nonzero_outputs(recorded);
@@ -64,7 +63,7 @@ std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const R
   for (const auto [lanes, nonzeros] :
        {Asked{Lanes::kNone, false}, {Lanes::kNative, false}, {Lanes::kNative, true}}) {
     if (nonzeros && nonzero.function.n_y() == recorded.n_y()) continue;
-    const auto [f, prepare] = make(nonzeros ? nonzero.function : recorded, profile, lanes);
+    const auto [f, prepare] = make(nonzeros ? nonzero.function : recorded, lanes);
     CompiledFunction::Workspace workspace(f);
     LaneRow row;
     row.prepare = prepare;

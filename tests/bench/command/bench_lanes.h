@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/options/options.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape::tools {
@@ -22,7 +21,7 @@ struct LaneRow {
 // With portable functions: one state after the other; the widest kernel of this processor from and to states one
 // after the other; the same for states that are kept in lanes; both again with the non-zero results only, where there are zeros.
 std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const RobotFunction& function,
-                                   Profile profile, const std::vector<Eigen::VectorXd>& states,
+                                   const std::vector<Eigen::VectorXd>& states,
                                    const std::vector<std::vector<double>>& expected);
 
 }  // namespace dyntape::tools

@@ -93,22 +93,17 @@ Route route(const std::string& name, const std::shared_ptr<Batch>& batch, Way wa
 
 struct Variant {
   const char* name;
-  Profile profile;
   Functions functions;
   Lanes lanes = Lanes::kNone;
 };
-constexpr Variant kVariants[] = {{"generated", Profile::kStrict, kDefaultFunctions},
-                                 {"generated, libm", Profile::kStrict, Functions::kLibm},
-                                 {"generated, fast", Profile::kFast, kDefaultFunctions},
-                                 {"generated, fast, libm", Profile::kFast, Functions::kLibm},
-                                 {"lanes", Profile::kStrict, Functions::kPortable, Lanes::kNative},
-                                 {"lanes, fast", Profile::kFast, Functions::kPortable, Lanes::kNative}};
+constexpr Variant kVariants[] = {{"generated", kDefaultFunctions},
+                                 {"generated, libm", Functions::kLibm},
+                                 {"lanes", Functions::kPortable, Lanes::kNative}};
 
 CodegenOptions options_of(const Variant& variant, const std::string& cache) {
   CodegenOptions options;
   options.order = Order::kValue;
   options.route = dyntape::Route::kCompiled;
-  options.profile = variant.profile;
   options.functions = variant.functions;
   options.lanes = variant.lanes;
   options.cache_folder = cache;

@@ -35,7 +35,7 @@ struct Route {
 // Plain double and packs.
 std::vector<Route> plain_routes(const dynamics::Model<double>& model, const RobotFunction& function,
                                 const States& states);
-// Interpreted, and as generated C: one state at a time, several in lanes, both profiles.
+// Interpreted, and as generated C: one state at a time and several in lanes.
 std::vector<Route> recorded_routes(const dynamics::Model<double>& model, const RobotFunction& function,
                                    const States& states);
 // What casadi_peer.py or cppadcodegen_peer.py has made: a description of a library, as JSON.

@@ -350,25 +350,20 @@ class Advisor {
   struct RouteKind {
     const char* name;
     Route route;
-    Profile profile;
     Lanes lanes;
   };
 
   void choose_route() {
-    static constexpr RouteKind kinds[] = {
-        {"compiled, strict", Route::kCompiled, Profile::kStrict, Lanes::kNone},
-        {"interpreter", Route::kInterpreter, Profile::kStrict, Lanes::kNone},
-        {"compiled, strict, lanes", Route::kCompiled, Profile::kStrict, Lanes::kNative},
-        {"compiled, fast", Route::kCompiled, Profile::kFast, Lanes::kNone},
-        {"compiled, fast, lanes", Route::kCompiled, Profile::kFast, Lanes::kNative}};
+    static constexpr RouteKind kinds[] = {{"compiled", Route::kCompiled, Lanes::kNone},
+                                          {"interpreter", Route::kInterpreter, Lanes::kNone},
+                                          {"compiled, lanes", Route::kCompiled, Lanes::kNative}};
     const RouteKind* chosen = nullptr;
     double least = HUGE_VAL, longest = 0, interpreted = NAN, at_once = NAN, to_make = NAN;
     std::vector<std::string> measured;
     for (const RouteKind& kind : kinds) {
       options_.watch(kind.name);
       TaskWay now = *best_way_;
-      now.evaluation.route = kind.route, now.evaluation.profile = kind.profile,
-      now.evaluation.lanes = kind.lanes;
+      now.evaluation.route = kind.route, now.evaluation.lanes = kind.lanes;
       now.evaluation.use_cache = false, now.evaluation.force_rebuild = false;
       Outcome outcome;
       double make = NAN;
@@ -405,18 +400,17 @@ class Advisor {
       least = total, chosen = &kind;
       route_best_ = outcome, at_once = outcome.seconds, to_make = make;
       best_way_->evaluation.route = kind.route == Route::kCompiled ? Route::kAutomatic : kind.route;
-      best_way_->evaluation.profile = kind.profile, best_way_->evaluation.lanes = kind.lanes;
+      best_way_->evaluation.lanes = kind.lanes;
     }
     if (!chosen) {
-      advice_.choices.push_back({"route and profile", "as it is", best_->seconds, best_->error, measured});
+      advice_.choices.push_back({"route", "as it is", best_->seconds, best_->error, measured});
       return;
     }
     if (chosen->route != Route::kInterpreter && interpreted > at_once)
       measured.push_back("compiling has paid after " +
                          std::to_string(long(std::ceil(to_make / (interpreted - at_once)))) + " solves");
     advice_.study.parts[2].findings = measured;
-    advice_.choices.push_back(
-        {"route and profile", chosen->name, route_best_->seconds, route_best_->error, measured});
+    advice_.choices.push_back({"route", chosen->name, route_best_->seconds, route_best_->error, measured});
   }
 
   void choose_integrator() {
@@ -440,8 +434,7 @@ class Advisor {
     }
     keys +=
         "transcription\n{\n  scheme  " + way.scheme.name + "\n  hessian " + name_of(way.hessian) + "\n}\n";
-    keys += "evaluation\n{\n  route   " + std::string(to_string(way.evaluation.route)) + "\n  profile " +
-            to_string(way.evaluation.profile) + "\n  lanes   " +
+    keys += "evaluation\n{\n  route   " + std::string(to_string(way.evaluation.route)) + "\n  lanes   " +
             (way.evaluation.lanes == Lanes::kNone ? "none" : "native") + "\n}\n";
     const SolverOptions how = solver(way.method, 1);
     keys += "solver\n{\n  method           " + std::string(name_of(way.method)) + "\n  tolerance        " +

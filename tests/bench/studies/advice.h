@@ -12,7 +12,7 @@
 // how well that is known.  Each decision is taken with those before it:
 //   scheme, mesh     the least time of a solve of all that keep the digits, on meshes 1/4 to 16 times as fine as the task's
 //   solver, Hessian  likewise, on that mesh
-//   route, profile   the least time of `solves` solves, compiling included
+//   route            the least time of `solves` solves, compiling included
 //   integrator       the least time of all that follow the motion to the digits, its controls held over each interval
 // What comes later in a list is taken only if it is a twentieth quicker, and quicker each time that both are measured in turn: less
 // is noise.

@@ -71,43 +71,29 @@ void for_each_scalar(const Case& of, const States& states, Visit&& visit) {
 
 // --- Time -------------------------------------------------------------------------------------------------
 
-struct Generated {
-  std::string name;
-  Profile profile;
-  std::vector<std::string> flags;
-};
-
 void measure_generated(Study& study, const Case& of, const States& states,
                        const std::vector<std::vector<double>>& expected, int repeats) {
   const Function recorded = record_robot_function(of.model, of.function());
   const std::vector<RobotBlock> blocks = outputs(of.model, of.function());
-  for (const Generated& how :
-       {Generated{"generated, strict", Profile::kStrict, {}},
-        Generated{"generated, fast", Profile::kFast, {}},
-        Generated{"generated, fast, no fma", Profile::kFast, {"-march=native", "-mno-fma"}}}) {
-    CodegenOptions options;
-    options.order = Order::kValue, options.route = Route::kCompiled;
-    options.profile = how.profile, options.flags = how.flags;
-    const CompiledFunction f = CompiledFunction::make(recorded, options);
-    CompiledFunction::Workspace workspace(f);
-    std::vector<double> y(f.n_y()), errors;
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      f.value(states[i].data(), nullptr, y.data(), workspace);
-      errors.push_back(relative_error(expected[i], y.data(), blocks));
-    }
-    StudyRow row{"generated", of.label, how.name, double(f.operations(Order::kValue)), 0, median(errors)};
-    row.seconds = median_seconds(
-        [&](std::size_t i) { f.value(states[i % states.size()].data(), nullptr, y.data(), workspace); },
-        repeats);
-    study.rows.push_back(row);
-    if (how.profile == Profile::kStrict) row.part = "time", study.rows.push_back(row);
+  CodegenOptions options;
+  options.order = Order::kValue, options.route = Route::kCompiled;
+  const CompiledFunction f = CompiledFunction::make(recorded, options);
+  CompiledFunction::Workspace workspace(f);
+  std::vector<double> y(f.n_y()), errors;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    f.value(states[i].data(), nullptr, y.data(), workspace);
+    errors.push_back(relative_error(expected[i], y.data(), blocks));
   }
-  for (Profile profile : {Profile::kStrict, Profile::kFast}) {
-    for (const LaneRow& lane : measure_lanes(of.model, of.function(), profile, states, expected)) {
-      if (lane.name == "the same, kept in lanes") continue;
-      study.rows.push_back({"generated", of.label, lane.name + ", " + to_string(profile),
-                            double(lane.operations), lane.seconds, lane.error});
-    }
+  StudyRow row{"generated", of.label, "generated", double(f.operations(Order::kValue)), 0, median(errors)};
+  row.seconds = median_seconds(
+      [&](std::size_t i) { f.value(states[i % states.size()].data(), nullptr, y.data(), workspace); },
+      repeats);
+  study.rows.push_back(row);
+  row.part = "time", study.rows.push_back(row);
+  for (const LaneRow& lane : measure_lanes(of.model, of.function(), states, expected)) {
+    if (lane.name == "the same, kept in lanes") continue;
+    study.rows.push_back(
+        {"generated", of.label, lane.name, double(lane.operations), lane.seconds, lane.error});
   }
 }
 
@@ -242,7 +228,7 @@ Study outline_of_arithmetic() {
                   .x_scale = 1e6,
                   .mark = io::Mark::kPoints},
                  {.name = "generated",
-                  .title = "Generated code: strict and fast, one state and lanes",
+                  .title = "Generated code: one state and lanes",
                   .x_label = "time of one state [us]",
                   .y_label = "relative error [1]",
                   .x_scale = 1e6,
@@ -300,10 +286,8 @@ Study study_arithmetic(const StudyOptions& options) {
       "lanes, in the sweeps over 3.",
       "Packs and lanes evaluate 8 states in a call; their time is that of one of them. The parameter of "
       "generated code in the table is its number of operations."};
-  study.left_out = {
-      "Double-double: dyntape has no such scalar, and Boost 1.74 none either.",
-      "Contraction by the compiler: generated code is always compiled with -ffp-contract=off; fused "
-      "multiply-adds are in the graph of the fast profile, where the processor has them, or not."};
+  study.left_out = {"Double-double: dyntape has no such scalar, and Boost 1.74 none either.",
+                    "Contraction by the compiler: generated code is always compiled with -ffp-contract=off."};
   return study;
 }
 

@@ -335,7 +335,7 @@ Study study_effects(const StudyOptions& options) {
   measure(study, arm, options, !options.quick);
   measure(study, quadruped, options, !options.quick);
   study.methods = {
-      "Steps of semi-implicit Euler, compiled, strict arithmetic, one state; the least of five medians. "
+      "Steps of semi-implicit Euler, compiled, one state; the least of five medians. "
       "Gravity and "
       "velocity products are there unless taken away: their ratio is of the scene with them to the scene "
       "without; all "

@@ -271,7 +271,7 @@ Study study_integrators(const StudyOptions& options) {
       "Motions with contact: their errors are the contact's as much as the scheme's (study contacts).",
       "Adaptive schemes on the stiff spring: they have no step to choose."};
   study.methods = {
-      "Compiled steps by Stepper, one state, strict arithmetic; the least time of three runs. The parameter "
+      "Compiled steps by Stepper, one state; the least time of three runs. The parameter "
       "in the table is the step "
       "in s, of adaptive schemes the relative tolerance.",
       "Errors against 113 bits by Runge-Kutta-Fehlberg 7(8) and Bulirsch-Stoer (Boost.Numeric.Odeint), which "

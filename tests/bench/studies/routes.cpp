@@ -108,8 +108,7 @@ class Routes {
 
   // Generated kernels of several states at once, a state's share.
   void add_lanes(Study& study) const {
-    for (const LaneRow& lanes :
-         measure_lanes(robot_.model, kFunction, Profile::kStrict, states_, expected_)) {
+    for (const LaneRow& lanes : measure_lanes(robot_.model, kFunction, states_, expected_)) {
       const bool kept = lanes.name.find("kept") != std::string::npos;
       if (!kept && lanes.name.find("lanes") == std::string::npos) continue;  // one after the other
       study.rows.push_back({"time", robot_.label,

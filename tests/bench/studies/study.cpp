@@ -72,7 +72,7 @@ const std::vector<StudyEntry>& studies() {
       {"hessians", "iterations, time and optima found, by kind of Hessian and by solver", outline_of_hessians,
        study_hessians},
       {"arithmetic",
-       "float to 113 bits, packs, strict and fast code: digits against time, along chains and by mass ratios",
+       "float to 113 bits, packs, generated code: digits against time, along chains and by mass ratios",
        outline_of_arithmetic, study_arithmetic},
       {"contacts",
        "a block that drops, creeps and slides, a quadruped that stands: compliant and rigid contact, error "
