@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A recorded function with its derivatives on a device of OpenCL, a graphics card or the processor: thousands of states
-// a call.  Use it for large batches; CompiledFunction (compiled_function.h) is quicker for few states.
+// a call.  Use it for large batches on a card; on a processor CompiledFunction (compiled_function.h) is quicker.
 //
 //   const DeviceFunction f = DeviceFunction::make(recorded, {.order = Order::kFirst}, {.device = "opencl:0"});
 //   f.check(f.run(Order::kFirst, {.count = n, .x = x, .y = y, .jacobian = J}), n);
