@@ -377,12 +377,12 @@ TEST(Advise, MeasuresATaskAndRefusesWhatIsNone) {
   const auto advised = run_dyntape({"advise", tasks + "block_move.info", "--digits", "4"});
   EXPECT_EQ(advised.status, 0) << advised.out << advised.err;
   EXPECT_NE(advised.out.find("The optimum is 12.0000"), std::string::npos) << advised.out;
-  EXPECT_NE(advised.out.find("method           stages"), std::string::npos) << advised.out;
+  EXPECT_NE(advised.out.find("method           riccati"), std::string::npos) << advised.out;
   EXPECT_NE(advised.out.find("less than a twentieth"), std::string::npos) << advised.out;
   EXPECT_EQ(advised.out.find("are not known"), std::string::npos) << advised.out;
   const auto ddp = run_dyntape({"advise", tasks + "cart_pole_ddp.info"});
   EXPECT_EQ(ddp.status, 1);
-  EXPECT_NE(ddp.err.find("expected method ipopt or stages"), std::string::npos) << ddp.err;
+  EXPECT_NE(ddp.err.find("expected method riccati or ipopt"), std::string::npos) << ddp.err;
   const auto free_time =
       run_dyntape({"advise", tasks + "block_move_free_time.info", "--digits", "4", "--seconds", "30"});
   EXPECT_EQ(free_time.status, 0) << free_time.err;

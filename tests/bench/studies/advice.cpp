@@ -437,7 +437,7 @@ class Advisor {
     keys += "evaluation\n{\n  route   " + std::string(to_string(way.evaluation.route)) + "\n  lanes   " +
             (way.evaluation.lanes == Lanes::kNone ? "none" : "native") + "\n}\n";
     const SolverOptions how = solver(way.method, 1);
-    keys += "solver\n{\n  method           " + std::string(name_of(way.method)) + "\n  tolerance        " +
+    keys += "solver\n{\n  method           " + std::string(to_string(way.method)) + "\n  tolerance        " +
             io::shortest(how.tolerance) + "\n  bound_relaxation " + io::shortest(how.bound_relaxation) +
             "\n}\n";
   }
@@ -461,7 +461,7 @@ Advice advise(const Task& task, const AdviceOptions& options) {
     throw ArgumentError(
         "task \"" + task.name +
         "\" is solved by differential dynamic programming (solver.method ddp), which has no scheme, Hessian "
-        "or solver to choose; expected method ipopt or stages");
+        "or solver to choose; expected method riccati or ipopt");
   return Advisor(task, options).run();
 }
 
