@@ -32,8 +32,8 @@ NlpSolution solve_with_riccati(Nlp& problem, const std::vector<double>& start, c
 
 namespace {
 
-// Iterations after which a solve from a guess pauses: other starts are tried before it goes on.  Solves of the shipped tasks
-// and of the known problems take fewer; a guess that is symmetric about an obstacle takes any number.
+// Iterations after which a solve from a guess pauses and other starts are tried.  The longest solve of a mesh of the
+// shipped tasks takes 405 (quadruped_stands_up by riccati); from a guess that is symmetric about an obstacle none ends.
 constexpr int kIterationsBeforeOthers = 500;
 
 // A start beside the given one: every variable of a stage to one side by half its nominal value, its neighbours to the other,
@@ -66,7 +66,7 @@ NlpSolution solve_by(NlpMethod method, Nlp& problem, const std::vector<double>& 
   return (method == NlpMethod::kIpopt ? solve_with_ipopt : solve_with_riccati)(problem, start, options);
 }
 
-// The attempts of solve_nlp(): the first, and others where it gets stuck.
+// Solves by the first method and, if that gets stuck, by other starts and the other method.
 class Attempts {
  public:
   Attempts(Nlp& problem, const std::vector<double>& start, const SolverOptions& options)
@@ -117,7 +117,7 @@ class Attempts {
     return of_method;
   }
 
-  // Whether it is solved; iterations and times count in any case.
+  // Solves once more and returns whether that succeeded.  Its iterations and times are added in any case.
   bool solved_by(NlpMethod method, const std::vector<double>& from, const char* name,
                  std::shared_ptr<const NlpSolution> warm = nullptr) {
     SolverOptions of_method = left(method);
@@ -128,13 +128,13 @@ class Attempts {
       NlpSolution found = solve_by(method, problem_, from, of_method);
       if (method == other_ && is_paused(found, of_method)) paused_ = found;
       return take(method, std::move(found), name, false);
-    } catch (const ArgumentError&) {   // a program that the other method does not know
-    } catch (const NumericalError&) {  // or whose functions are not finite where it begins
+    } catch (const ArgumentError&) {   // a program that the other method does not support
+    } catch (const NumericalError&) {  // or functions that are not finite at its start
     }
     return false;
   }
 
-  // Goes on with all iterations that are left.
+  // Continues a paused attempt with all remaining iterations.
   void resume(NlpMethod method, const NlpSolution& paused) {
     SolverOptions rest = left(method);
     rest.warm = std::make_shared<const NlpSolution>(paused);
