@@ -271,13 +271,7 @@ class DevicePrinter {
       if (result_.kernels[k].work)
         text += " *     " + std::to_string(result_.kernels[k].work) + " bytes of memory a state\n";
     }
-    const std::vector<Guard>& guards = sets_.kernels.back().derivatives.function.guards;
-    if (!guards.empty())
-      text += " *\n * status: 0, or the number of the first branch that the recording did not take\n";
-    for (std::size_t k = 0; k < guards.size(); ++k)
-      text += " *   " + std::to_string(k + 1) + "  " + c_comment(guards[k].file) + ":" +
-              std::to_string(guards[k].line) + "\n";
-    return text + " */\n";
+    return text + guard_list(sets_, "status") + " */\n";
   }
 
   // For the program that calls the kernels: sizes, and where the non-zeros are.

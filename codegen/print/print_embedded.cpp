@@ -237,13 +237,7 @@ class EmbeddedPrinter {
       if (!is_own(function)) beyond.push_back(function + (options_.single ? "f" : ""));
     }
     if (beyond.size() > 1) text += wrapped(" *  ", beyond);
-    const std::vector<Guard>& guards = sets_.kernels.back().derivatives.function.guards;
-    if (!guards.empty())
-      text += " *\n * returned: 0, or the number of the first branch that the recording did not take\n";
-    for (std::size_t k = 0; k < guards.size(); ++k)
-      text += " *   " + std::to_string(k + 1) + "  " + c_comment(guards[k].file) + ":" +
-              std::to_string(guards[k].line) + "\n";
-    return text + " */\n";
+    return text + guard_list(sets_, "returned") + " */\n";
   }
 
   const KernelSets& sets_;

@@ -125,6 +125,17 @@ std::vector<std::string> operation_words(const KernelPlan& kernel) {
   return words;
 }
 
+std::string guard_list(const KernelSets& sets, const std::string& name) {
+  const std::vector<Guard>& guards = sets.kernels.back().derivatives.function.guards;
+  if (guards.empty()) return "";
+  std::string text =
+      " *\n * " + name + ": 0, or the number of the first branch that the recording did not take\n";
+  for (std::size_t k = 0; k < guards.size(); ++k)
+    text += " *   " + std::to_string(k + 1) + "  " + c_comment(guards[k].file) + ":" +
+            std::to_string(guards[k].line) + "\n";
+  return text;
+}
+
 std::string description(const KernelSets& sets, const std::string& compile_with) {
   const Function& f = sets.function;
   const Derivatives& d = sets.kernels.back().derivatives;

@@ -25,6 +25,10 @@ std::string description(const KernelSets& sets, const std::string& compile_with 
 // Words in comment lines of bounded width, the first line after `head`, the others indented alike.
 std::string wrapped(const std::string& head, const std::vector<std::string>& words);
 std::vector<std::string> operation_words(const KernelPlan& kernel);
+
+// The guards of the function with file and line, as lines of a comment; empty if it has none.  `name`: of the value
+// that is 0, or the number of the first violated guard.
+std::string guard_list(const KernelSets& sets, const std::string& name);
 std::string header_banner(const KernelSets& sets, const Source& source);
 
 std::string preamble();  // the headers
