@@ -152,6 +152,68 @@ TEST(Solve, CostsAreIntegratedWithTheMotion) {
   EXPECT_NE(s.verdict().find("costs 35.4"), std::string::npos) << s.verdict();
 }
 
+// The weight of u^2 jumps between a node of every mesh and the first point behind it: no point has the first weight there, so finer
+// meshes do not change the cost.  u is inverse to the weight: 1 / (at + (1 - at) / 10).
+TEST(Solve, ACostThatJumpsBehindANodeIsResolved) {
+  constexpr double kAt = 0.503;
+  Problem p = integrator();
+  p.goal << 1;
+  p.add(running_cost("jump", [](const auto& s) {
+    using T = std::decay_t<decltype(s.u[0])>;
+    T weight;
+    if constexpr (std::is_same_v<T, double>)
+      weight = s.t < kAt ? 1 : 10;
+    else
+      weight = select(s.t < kAt, T(1), T(10));
+    return vector(T(weight * s.u[0] * s.u[0]));
+  }));
+  const double optimum = 1 / (kAt + (1 - kAt) / 10);
+  for (const NlpMethod method : {NlpMethod::kRiccati, NlpMethod::kIpopt}) {
+    const Solution s = solve(p, on(20, method, radau(3)));
+    EXPECT_TRUE(s.success()) << s.verdict();
+    EXPECT_NEAR(s.cost() / optimum, 1, 1e-3);
+  }
+}
+
+// A geodesic of the half-plane whose metric is by the height: cosh T = 1 + 2^2 / 2.  The heading has no bounds, and enters by its sine and
+// cosine alone: no point of the solution is whole turns from its neighbour, and the first step is no turn long.
+TEST(Solve, AHeadingWithoutBoundsDoesNotSpin) {
+  Problem p("geodesic", {"x", "y"}, {"heading"}, 1, [](const auto& s) {
+    using std::cos, std::sin;
+    return vector(s.x[1] * cos(s.u[0]), s.x[1] * sin(s.u[0]));
+  });
+  p.start << 0, 1, p.goal << 2, 1;
+  p.add(minimum_time(1.0));
+  p.free_time = Problem::Range{0.1, 20};
+  for (const NlpMethod method : {NlpMethod::kRiccati, NlpMethod::kIpopt}) {
+    const Solution s = solve(p, on(20, method, radau(3)));
+    EXPECT_TRUE(s.success()) << s.verdict();
+    EXPECT_NEAR(s.cost(), std::acosh(3), 1e-4);
+    EXPECT_LT(s.meshes.front().iterations, 20);
+    // A start several turns away stays right at its points, and is unwound.
+    StagedNlp nlp(discretize(p, on(20, method, radau(3)).mesh));
+    std::vector<double> x = nlp.variables(resampled(p, s.motion, nlp.times())), turned = x;
+    for (std::size_t i = 3; i < turned.size(); i += 8) turned[i] += 6.283185307179586 * double(i % 5);
+    const std::vector<double> unwound = without_turns(nlp, turned);
+    for (std::size_t i = 11; i < unwound.size(); i += 4)
+      EXPECT_LT(std::abs(unwound[i] - unwound[i - 4]), 3.2);
+  }
+}
+
+// The first guess of a control is the number within its bounds that is nearest to 0: the square root has no slope there.
+TEST(Solve, TheFirstGuessIsWithinBounds) {
+  Problem p = integrator();
+  p.goal << 4;
+  p.u.lower << 0.01, p.u.upper << 100;
+  p.add(running_cost("gain", [](const auto& s) {
+    using std::sqrt;
+    return vector(-sqrt(s.u[0]));
+  }));
+  const Solution s = solve(p, on(20));
+  EXPECT_TRUE(s.success()) << s.verdict();
+  EXPECT_NEAR(s.cost(), -2, 1e-4);
+}
+
 // 12 d^2 / T^3 in each half; the control jumps between them.
 TEST(Solve, ControlsJumpWhereAConstraintStands) {
   for (const double share : {0.5, 0.3}) {

@@ -2,6 +2,9 @@
 #include <dyntape/interface/control/discretize/resampled.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
 
 namespace dyntape {
 
@@ -26,6 +29,43 @@ std::vector<Eigen::MatrixXd> rates_at_ends(const Problem& problem, const Traject
     }
   }
   return rates;
+}
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kSame = 1e-9;  // of nominal values
+
+// x with the nearest turns for one control; nothing if it needs none.
+std::optional<std::vector<double>> nearest_turns(const StagedPhase& phase, std::size_t control,
+                                                 const NlpShape& shape, const std::vector<double>& x) {
+  std::vector<double> near = x;
+  bool has_turns = false;
+  for (std::size_t p = phase.first_used; p < phase.first_used + phase.used; ++p) {
+    const std::size_t at = phase.variable_of(p) + control;
+    if (std::isfinite(shape.x_lower[at]) || std::isfinite(shape.x_upper[at])) return {};
+    if (p == phase.first_used) continue;
+    const double turns = std::round((near[at] - near[at - phase.n_z]) / kTurn);
+    if (!std::isfinite(turns)) return {};
+    near[at] -= kTurn * turns;
+    has_turns = has_turns || turns != 0;
+  }
+  if (!has_turns) return {};
+  return near;
+}
+
+// The objective, then the constraints, in nominal values; empty if they cannot be evaluated.
+std::vector<double> results(StagedNlp& nlp, const std::vector<double>& x, const NlpScaling& scaling) {
+  std::vector<double> all(1 + nlp.shape().m());
+  if (!nlp.objective(x.data(), all[0]) || !nlp.constraints(x.data(), all.data() + 1)) return {};
+  all[0] /= scaling.objective;
+  for (std::size_t i = 0; i < scaling.g.size(); ++i) all[1 + i] /= scaling.g[i];
+  return all;
+}
+
+bool are_same(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (!(std::abs(a[i] - b[i]) <= kSame * (1 + std::abs(a[i])))) return false;
+  return true;
 }
 
 }  // namespace
@@ -94,6 +134,20 @@ Trajectory resampled(const Problem& problem, const Trajectory& motion, const std
     result.x.col(i) = s.x, result.a.col(i) = s.a, result.u.col(i) = s.u;
   }
   return result;
+}
+
+std::vector<double> without_turns(StagedNlp& nlp, std::vector<double> x, const NlpScaling& scaling) {
+  std::vector<double> before;
+  for (std::size_t k = 0; k < nlp.phases(); ++k) {
+    const StagedPhase& phase = nlp.phase(k);
+    for (std::size_t c = phase.n_x; c < phase.n_z; ++c) {
+      std::optional<std::vector<double>> near = nearest_turns(phase, c, nlp.shape(), x);
+      if (!near) continue;
+      if (before.empty()) before = results(nlp, x, scaling);
+      if (!before.empty() && are_same(before, results(nlp, *near, scaling))) x = std::move(*near);
+    }
+  }
+  return x;
 }
 
 }  // namespace dyntape

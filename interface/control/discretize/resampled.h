@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Interpolates a motion between the points of its mesh.
+// Interpolates a motion between the points of its mesh, and makes controls that are angles fit for it.
 //
 //   const MotionBetween between(problem, motion);
 //   const Stage<double> s = between.at(3, 0.25);             // a quarter of the way from point 3 to point 4
 //   const Trajectory fine = resampled(problem, motion, times);
+//   x = without_turns(nlp, x, scaling);                      // 0.8, 7.0, 13.3 rad become 0.8, 0.72, 0.73
 #pragma once
 
-#include <dyntape/interface/control/discretize/trajectory.h>
-#include <dyntape/interface/control/problem/problem.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
 
 namespace dyntape {
 
@@ -41,5 +41,11 @@ Eigen::MatrixXd rates_of(const Problem& problem, Trajectory motion);
 Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                       const Eigen::VectorXd& slope_from, const Eigen::VectorXd& slope_to, double h,
                       double fraction);
+
+// Removes whole turns between consecutive points of controls that are angles.  If a control enters a problem only by its sine and
+// cosine, a solver may add whole turns to it at single points.  The points are right, but the control that is interpolated between
+// them spins.  Returns x with the nearest turns for each control whose values differ by more than half a turn, if objective and
+// constraints are the same with them to 1e-9 of their nominal values.  Controls with a bound stay.
+std::vector<double> without_turns(StagedNlp& nlp, std::vector<double> x, const NlpScaling& scaling = {});
 
 }  // namespace dyntape

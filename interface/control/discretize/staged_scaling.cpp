@@ -33,8 +33,11 @@ constexpr double kPace = 4;             // a motion speeds up and slows down aga
 constexpr double kDisplacement = 1e-3;  // at which curvature of the cost is looked for
 constexpr double kGolden = 0.61803398874989485;  // its multiples, less whole numbers, lie evenly
 constexpr double kUnresolved = 1e-7;  // what a solve leaves of its unit need not be more than its tolerance
-constexpr int kSweeps = 8;            // at most, until nominal values change by less than
-constexpr double kSettled = 1.5;      // this factor
+constexpr double kFollowed =
+    0.25;  // of what the derivatives of rows say: less, and a control has too large a value
+constexpr int kMostHalvings = 20;
+constexpr int kSweeps = 8;        // at most, until nominal values change by less than
+constexpr double kSettled = 1.5;  // this factor
 // The scaled size of the cost: with tolerance 1e-8 its optimum is then found to 1e-10, and barrier terms, which
 // start at 0.1, do not dominate it.
 constexpr double kCostResolution = 100;
@@ -113,6 +116,8 @@ class PhaseScaling {
   VectorXd nominal_values(const std::vector<double>& start, Linearisation at);
   std::pair<VectorXd, VectorXd> cost_slopes(const std::vector<double>& start, const VectorXd& displacement);
   double newton_step(const std::vector<double>& start, Index entry);
+  std::optional<MatrixXd> rows_at(const std::vector<double>& start, const VectorXd& displacement);
+  void limit_controls(const std::vector<double>& start, const MatrixXd& derivatives, VectorXd& z);
 
   StagedNlp& nlp_;
   std::size_t k_;
@@ -281,6 +286,47 @@ VectorXd PhaseScaling::nominal_values(const std::vector<double>& start, Linearis
   return z;
 }
 
+// (rows of a node x points) for a start with all points displaced; nothing if they cannot be evaluated.
+std::optional<MatrixXd> PhaseScaling::rows_at(const std::vector<double>& start,
+                                              const VectorXd& displacement) {
+  std::vector<double> moved = start;
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += displacement[Index(i % phase_.n_z)];
+  if (!evaluate_first(moved)) return {};
+  const Evaluator& node = nlp_.program_.evaluators[phase_.evaluator];
+  MatrixXd rows(Index(phase_.n_x + phase_.stage.path_rows.size()), Index(phase_.used));
+  for (std::size_t p = 0; p < phase_.used; ++p)
+    rows.col(Index(p)) = VectorXd::Map(nlp_.first_.y.data() + node.y + p * node.function.n_y(), rows.rows());
+  return rows;
+}
+
+// Halves the nominal value of a control while the rows follow it by less than their derivatives say: the sine of an angle does not
+// follow it to 30 rad.  Solvers would weight its stationarity too much, and step over several turns.
+void PhaseScaling::limit_controls(const std::vector<double>& start, const MatrixXd& derivatives,
+                                  VectorXd& z) {
+  const Index n_x = Index(phase_.n_x), n_z = z.size();
+  VectorXd controls = z;
+  controls.head(n_x).setZero();
+  const auto here = rows_at(start, 0 * z), there = rows_at(start, controls),
+             half = rows_at(start, controls / 2);
+  if (!here || !there || !half) return;
+  const double bend = (*there - 2 * *half + *here).cwiseAbs().maxCoeff();
+  if (bend <= kUnresolved * (*there - *here).cwiseAbs().maxCoeff()) return;  // linear, as forces are
+  const VectorXd norms = row_norms(derivatives.topRows(here->rows()), z);
+  const auto size = [&](const VectorXd& rows) {
+    return (norms.array() > 0).select(rows.cwiseQuotient(norms), 0).sum();
+  };
+  for (Index c = n_x; c < n_z; ++c) {
+    for (int k = 0; k < kMostHalvings; ++k) {
+      const auto moved = rows_at(start, z[c] * VectorXd::Unit(n_z, c));
+      if (!moved) break;
+      const VectorXd said = derivatives.col(c).head(here->rows()) * z[c],
+                     done = (*moved - *here).cwiseAbs().rowwise().maxCoeff().cwiseMin(said);
+      if (size(done) >= kFollowed * size(said)) break;
+      z[c] /= 2;
+    }
+  }
+}
+
 bool PhaseScaling::add_to(NlpScaling& all, const NlpScaling& before) {
   const auto first_variable = x_.begin() + long(phase_.variable);
   const std::vector<double> at(first_variable, first_variable + long(phase_.variables()));
@@ -312,6 +358,7 @@ bool PhaseScaling::add_to(NlpScaling& all, const NlpScaling& before) {
     z = z.array().sqrt() * nominal_values(at, around).array().sqrt();
     settled = (z.array() < kSettled * last.array() && last.array() < kSettled * z.array()).all();
   }
+  limit_controls(at, here.derivatives, z);
   if (!before.x.empty()) {
     const VectorXd last = Eigen::Map<const VectorXd>(before.x.data() + phase_.variable, z.size());
     z = (z.array() < kUnresolved * last.array()).select(last, z);

@@ -223,7 +223,8 @@ std::function<Stage<double>(double t)> straight_line(const Problem& problem) {
     if (std::isnan(from[i])) from[i] = std::isnan(to[i]) ? 0 : to[i];
     if (std::isnan(to[i])) to[i] = from[i];
   }
-  const Eigen::VectorXd a = Eigen::VectorXd::Zero(problem.n_a()), u = Eigen::VectorXd::Zero(problem.n_u());
+  const Eigen::VectorXd a = Eigen::VectorXd::Zero(problem.n_a()),
+                        u = problem.u.lower.cwiseMax(0).cwiseMin(problem.u.upper);
   const double duration = problem.duration;
   return [=](double t) { return Stage<double>{t, from + (to - from) * (t / duration), a, u}; };
 }

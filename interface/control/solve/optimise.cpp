@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/discretize/resampled.h>
 #include <dyntape/interface/control/nlp/scaled_nlp.h>
 #include <dyntape/interface/control/solve/free_motion.h>
 #include <dyntape/interface/io/number.h>
@@ -129,6 +130,7 @@ Solution optimise(StagedNlp& nlp, const std::vector<double>& start, const Optimi
     if (!motion) return std::nullopt;
     return nlp.variables(*motion);
   });
+  solution.nlp.x = without_turns(nlp, std::move(solution.nlp.x), solution.nlp.units);
   solution.cost_at_start = options.cost_at_start;
   if (!solution.nlp.log.empty() && std::isfinite(solution.nlp.log.front().objective))
     solution.cost_at_start = std::max(solution.cost_at_start, std::abs(solution.nlp.log.front().objective));

@@ -59,10 +59,11 @@ bool is_nearly_feasible(const Solution& s) {
 }
 
 // By defects and costs first: what is passed between points may be their consequence, as where a control rings behind a switch.
-MeshFaults faults_of(const Solution& s) {
+// `cost_error`: largest error of the quadrature.
+MeshFaults faults_of(const Solution& s, double cost_error) {
   MeshFaults faults;
   const Verification& whole = s.verification;
-  const double errors = whole.cost_error / s.demands.cost_error;
+  const double errors = whole.cost_error / cost_error;
   const bool by_passings = whole.worst_relative <= s.demands.integration_error && errors <= 1;
   for (const SolvedPhase& phase : s.phases) {
     const Verification& v = phase.verification;
@@ -181,7 +182,9 @@ class Refinement {
     const bool can_help =
         is_settled(s) || is_nearly_feasible(s) || (s.converged() && is_feasible(s.verification, s.demands));
     if (!can_help) return {};
-    MeshFaults faults = faults_of(s);
+    // A cost that finer meshes may change by so much must be integrated as well as that: a jump of the cost between a node and the first
+    // point behind it changes no mesh's cost.
+    MeshFaults faults = faults_of(s, std::min(s.demands.cost_error, steps_.cost_change));
     if (steps_.add_faults) steps_.add_faults(s, faults);
     if (has_fault(faults)) return faults;
     if (!std::isfinite(steps_.cost_change)) return {};
