@@ -4,9 +4,9 @@
 //
 //   AD<double> x = 2.0, y = sin(x) * 3 + CondExpLt(x, AD<double>(0), -x, x);
 //
-// AD<AD<double>> records on two levels: its values are recorded, too.  A value of a recording that has ended, or of
-// no recording, is a constant.  All functions of <cmath> in autodiff/graph/ops.def exist, and azmul, sign, min and
-// max.
+// AD<AD<double>> records on two levels.  A value of a recording that has ended, or of no recording, is a constant.
+// Bases other than those of kIsCompiled need bases.h.  The functions of <cmath> in autodiff/graph/ops.def exist, and
+// azmul, sign, min and max.
 //
 // A comparison returns the bool of the recording point.  During a recording, each comparison leaves a guard with its
 // place.  ADFun::compare_change_number() counts the comparisons with another result; functions made by to_library()
@@ -14,6 +14,7 @@
 #pragma once
 
 #include <cmath>
+#include <complex>
 #include <concepts>
 #include <cstdint>
 #include <iostream>
@@ -27,18 +28,63 @@ namespace CppAD::inline dyntape_names {
 template <class Base>
 class AD;
 
+// The argument of a function of a base.  A program defines these functions in namespace CppAD or in its base's, and
+// may do so behind this header: a call with this type finds both.
+template <class Base>
+struct BaseArgument {
+  const Base& value;
+  operator const Base&() const { return value; }  // NOLINT
+};
+
 namespace detail {
 
+template <class Number>
+inline constexpr bool kIsComplex = false;
+template <class Float>
+inline constexpr bool kIsComplex<std::complex<Float>> = true;
+// Bases that the library has; bases.h defines the templates for all others.
 template <class Base>
-inline constexpr bool kIsBase = false;
+inline constexpr bool kIsCompiled = std::is_floating_point_v<Base>;
 template <>
-inline constexpr bool kIsBase<float> = true;
+inline constexpr bool kIsCompiled<std::complex<float>> = true;
 template <>
-inline constexpr bool kIsBase<double> = true;
+inline constexpr bool kIsCompiled<std::complex<double>> = true;
 template <>
-inline constexpr bool kIsBase<AD<double>> = true;
+inline constexpr bool kIsCompiled<AD<double>> = true;
 template <>
-inline constexpr bool kIsBase<AD<AD<double>>> = true;
+inline constexpr bool kIsCompiled<AD<AD<double>>> = true;
+template <class Base>
+struct Defined {};
+template <class Base>
+concept IsBase = kIsCompiled<Base> || requires(Defined<Base> base) {
+  define_any_base(base);  // bases.h
+};
+
+// Whether a number, below all levels of recording, is a float of some width.
+template <class Number>
+inline constexpr bool kIsReal = std::is_arithmetic_v<Number>;
+template <class Base>
+inline constexpr bool kIsReal<AD<Base>> = kIsReal<Base>;
+// Whether it is a number of C++.
+template <class Number>
+inline constexpr bool kIsNumber = std::is_arithmetic_v<Number> || kIsComplex<Number>;
+template <class Number>
+inline constexpr bool kIsPlain = kIsNumber<Number>;
+template <class Base>
+inline constexpr bool kIsPlain<AD<Base>> = kIsPlain<Base>;
+template <class Number>
+inline constexpr bool kIsRecorded = false;
+template <class Base>
+inline constexpr bool kIsRecorded<AD<Base>> = true;
+
+template <class Base>
+decltype(auto) given(const Base& x) {
+  if constexpr (kIsNumber<Base> || kIsRecorded<Base>) {
+    return (x);
+  } else {
+    return BaseArgument<Base>{x};
+  }
+}
 
 // The rows of the table of operators, numbered as in Op.  This header does not include op.h.
 enum class Row : std::uint8_t {
@@ -48,7 +94,7 @@ enum class Row : std::uint8_t {
 
 enum class Kind : std::uint8_t { kConstant, kDynamic, kVariable };
 
-// Defined in recorded.cpp, for every base.
+// Defined in bases/recorded.hxx, for every base.
 template <Row row, class Base>
 AD<Base> apply(AD<Base> x);
 template <Row row, class Base>
@@ -64,6 +110,19 @@ template <class Base>
 Kind kind_of(const AD<Base>& x);
 template <class Base>
 const Base& value_to_keep(const AD<Base>& x);
+
+// ArgumentError: the function needs an order of numbers, and the base is complex.
+template <class Number>
+inline constexpr bool kIsOrdered = !kIsComplex<Number>;
+template <class Base>
+inline constexpr bool kIsOrdered<AD<Base>> = kIsOrdered<Base>;
+[[noreturn]] void refuse_order_of_complex(const char* function);
+template <Row row, class Base>
+void check_order(const char* function) {
+  if constexpr (!kIsOrdered<Base> && (row == Row::Abs || row == Row::Sign || row == Row::Min ||
+                                      row == Row::Max || row == Row::Lt || row == Row::Le))
+    refuse_order_of_complex(function);
+}
 
 // An operand of a comparison, with the place of the comparison: the default arguments are evaluated there.
 template <class Scalar>
@@ -82,7 +141,10 @@ struct Located {
 
 template <class Base>
 class AD {
-  static_assert(detail::kIsBase<Base>, "AD<Base>: Base is float, double, AD<double> or AD<AD<double>>");
+  static_assert(
+      detail::IsBase<Base>,
+      "AD<Base>: include <cppad/base_require.hpp> (dyntape/interface/cppad/bases.h) for a base that is not "
+      "float, double, long double, std::complex, AD<double> or AD<AD<double>>");
 
  public:
   using value_type = Base;
@@ -160,11 +222,12 @@ concept MixesWith = !std::is_base_of_v<AD<Base>, Number> && std::convertible_to<
 // Functions of <cmath>, of AD and of what mixes with it.
 #define OP(...)
 #define FN(name, fn, n, ...) DYNTAPE_CPPAD_##n(name, fn)
-#define DYNTAPE_CPPAD_1(name, fn)               \
-  using std::fn;                                \
-  template <class Base>                         \
-  AD<Base> fn(const AD<Base>& x) {              \
-    return detail::apply<detail::Row::name>(x); \
+#define DYNTAPE_CPPAD_1(name, fn)                      \
+  using std::fn;                                       \
+  template <class Base>                                \
+  AD<Base> fn(const AD<Base>& x) {                     \
+    detail::check_order<detail::Row::name, Base>(#fn); \
+    return detail::apply<detail::Row::name>(x);        \
   }
 #define DYNTAPE_CPPAD_2(name, fn)                            \
   using std::fn;                                             \
@@ -202,6 +265,7 @@ AD<Base> nearbyint(const AD<Base>& x) {
 }
 template <class Base>
 AD<Base> sign(const AD<Base>& x) {
+  detail::check_order<detail::Row::Sign, Base>("sign");
   return detail::apply<detail::Row::Sign>(x);
 }
 template <std::floating_point Float>
@@ -221,17 +285,19 @@ template <class Base, MixesWith<Base> Number>
 AD<Base> azmul(const Number& x, const AD<Base>& y) {
   return azmul(AD<Base>(x), y);
 }
-template <std::floating_point Float>
-Float azmul(Float x, Float y) {
-  return x == 0 ? Float(0) : x * y;
+template <class Number>
+requires detail::kIsNumber<Number> Number azmul(const Number& x, const Number& y) {
+  return x == Number(0) ? Number(0) : x * y;
 }
 // Record no guard, unlike std::min and std::max.
 template <class Base>
 AD<Base> min(const AD<Base>& x, const AD<Base>& y) {
+  detail::check_order<detail::Row::Min, Base>("min");
   return detail::apply<detail::Row::Min>(x, y);
 }
 template <class Base>
 AD<Base> max(const AD<Base>& x, const AD<Base>& y) {
+  detail::check_order<detail::Row::Max, Base>("max");
   return detail::apply<detail::Row::Max>(x, y);
 }
 template <class Base>
@@ -259,9 +325,13 @@ template <std::floating_point Float>
 int Integer(Float x) {
   return static_cast<int>(x);
 }
+template <class Float>
+int Integer(const std::complex<Float>& x) {
+  return static_cast<int>(x.real());
+}
 template <class Base>
 int Integer(const AD<Base>& x) {
-  return Integer(x.value());
+  return Integer(detail::given(x.value()));
 }
 template <class Base>
 bool Constant(const AD<Base>& x) {
@@ -282,7 +352,7 @@ bool Variable(const AD<Base>& x) {
 
 template <class Base>
 std::ostream& operator<<(std::ostream& out, const AD<Base>& x) {
-  return out << x.value();
+  return out << detail::given(x.value());
 }
 template <class Base>
 std::istream& operator>>(std::istream& in, AD<Base>& x) {

@@ -247,12 +247,13 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
     const bool without_compare = detail::read_optimize_options(options, "no_compare_op");
     core().optimize(without_compare, detail::read_optimize_options(options, "no_print_for_op"));
   }
-  ADFun<AD<Base>, RecBase> base2ad() const requires(detail::kIsBase<AD<Base>>) {
-    return ADFun<AD<Base>, RecBase>(core().on_recorded());
+  ADFun<AD<Base>, RecBase> base2ad() const requires(detail::IsBase<AD<Base>>) {
+    return ADFun<AD<Base>, RecBase>(detail::on_recorded(core()));
   }
 
   // f(x) = y(x, a(x)) with a(x) the absolute values in f: g(x, u) is (y(x, u), z(x, u)), and a(x) = |z(x, a(x))|.
   void abs_normal_fun(ADFun& g, ADFun& a) const {
+    check_graphs();
     const auto parts = detail::abs_normal_of(core().recording());
     g = ADFun(std::make_shared<detail::Fun<Base>>(parts.g));
     a = ADFun(std::make_shared<detail::Fun<Base>>(parts.a));
@@ -272,12 +273,14 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
 
   // --- CppAD's formats (graph/cpp_graph.h): written by ADFun<double>, read by ADFun<double> and ADFun<AD<double>> ---
   void to_graph(cpp_graph& graph) const {
+    check_graphs();
     detail::write_graph(*detail::recording_of_numbers(core().recording(), "to_graph"), graph);
     graph.function_name_set(name_);
   }
   // dyn2var, var2dyn: which parameters become variables, and which variables become parameters; empty: none.
   void from_graph(const cpp_graph& graph, const vector<bool>& dyn2var = {},
                   const vector<bool>& var2dyn = {}) {
+    check_graphs();
     fun_ = std::make_shared<detail::Fun<Base>>(detail::read_graph<Base>(graph, dyn2var, var2dyn));
     name_ = graph.function_name_get();
   }
@@ -311,6 +314,13 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
 
  private:
   detail::RecordingSizes sizes() const { return fun_ ? fun_->sizes() : detail::RecordingSizes{}; }
+
+  static void check_graphs() {
+    static_assert(
+        detail::kIsCompiled<Base> && detail::kIsReal<Base>,
+        "to_graph, from_graph, to_json, from_json and abs_normal_fun: Base is float, double, AD<double> or "
+        "AD<AD<double>>, because the constants of graphs are doubles");
+  }
 
   using Sparse = detail::SparseCalls<ADFun<Base, RecBase>, Base>;
   std::shared_ptr<detail::Fun<Base>> fun_;

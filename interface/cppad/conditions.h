@@ -18,19 +18,26 @@ namespace detail {
 template <Row row, class Base>
 AD<Base> selected(const AD<Base>& left, const AD<Base>& right, const AD<Base>& if_true,
                   const AD<Base>& if_false) {
+  check_order<row, Base>("CondExp");
   return apply<Row::Select>(apply<row>(left, right), if_true, if_false);
 }
 
-template <Row row, std::floating_point Float>
-Float selected(Float left, Float right, Float if_true, Float if_false) {
-  const bool truth = row == Row::Lt ? left < right : row == Row::Le ? left <= right : left == right;
-  return truth ? if_true : if_false;
+template <Row row, class Number>
+requires kIsNumber<Number> Number selected(const Number& left, const Number& right, const Number& if_true,
+                                           const Number& if_false) {
+  if constexpr (row == Row::Eq) {
+    return left == right ? if_true : if_false;
+  } else if constexpr (kIsOrdered<Number>) {
+    return (row == Row::Lt ? left < right : left <= right) ? if_true : if_false;
+  } else {
+    refuse_order_of_complex("CondExp");
+  }
 }
 
 }  // namespace detail
 
 template <class Scalar>
-concept Conditional = std::floating_point<Scalar> || requires(Scalar x) {
+concept Conditional = std::floating_point<Scalar> || detail::kIsComplex<Scalar> || requires(Scalar x) {
   x.tape();
 };
 
@@ -77,70 +84,82 @@ S CondExp(const S& flag, const S& if_true, const S& if_false) {
   return CondExpGt(flag, S(0), if_true, if_false);
 }
 
-// --- predicates of the value, for any number of levels ---
-template <std::floating_point Float>
-Float plain_value(Float x) {
-  return x;
-}
+// The number below all levels of recording.
+template <class Number>
+requires detail::kIsNumber<Number> Number plain_value(const Number& x) { return x; }
 template <class Base>
-auto plain_value(const AD<Base>& x) {
-  return plain_value(x.value());
-}
-template <std::floating_point Float>
-bool IdenticalCon(Float) {
-  return true;
-}
+requires detail::kIsPlain<Base>
+auto plain_value(const AD<Base>& x) { return plain_value(x.value()); }
+
+// --- predicates of the value: each is asked of a number, or of the base ---
+template <class Number>
+requires detail::kIsNumber<Number>
+bool IdenticalCon(const Number&) { return true; }
 template <class Base>
 bool IdenticalCon(const AD<Base>& x) {
-  return Constant(x) && IdenticalCon(x.value());
+  return Constant(x) && IdenticalCon(detail::given(x.value()));
 }
-template <Conditional S>
-bool IdenticalZero(const S& x) {
-  return IdenticalCon(x) && plain_value(x) == 0;
+#define DYNTAPE_CPPAD_CONSTANT(name, number)                 \
+  template <class Number>                                    \
+  requires detail::kIsNumber<Number>                         \
+  bool name(const Number& x) { return x == Number(number); } \
+  template <class Base>                                      \
+  bool name(const AD<Base>& x) {                             \
+    return Constant(x) && name(detail::given(x.value()));    \
+  }
+DYNTAPE_CPPAD_CONSTANT(IdenticalZero, 0)
+DYNTAPE_CPPAD_CONSTANT(IdenticalOne, 1)
+#undef DYNTAPE_CPPAD_CONSTANT
+// Whether x and y are the same constant; EqualOpSeq: or the same node.
+template <class Number>
+requires detail::kIsNumber<Number>
+bool IdenticalEqualCon(const Number& x, const Number& y) { return x == y; }
+template <class Base>
+bool IdenticalEqualCon(const AD<Base>& x, const AD<Base>& y) {
+  return Constant(x) && Constant(y) && IdenticalEqualCon(detail::given(x.value()), detail::given(y.value()));
 }
-template <Conditional S>
-bool IdenticalOne(const S& x) {
-  return IdenticalCon(x) && plain_value(x) == 1;
-}
-template <Conditional S>
-bool IdenticalEqualCon(const S& x, const S& y) {
-  return IdenticalCon(x) && IdenticalCon(y) && plain_value(x) == plain_value(y);
-}
-// Whether x and y are the same constant or the same node.
-template <std::floating_point Float>
-bool EqualOpSeq(Float x, Float y) {
-  return x == y;
-}
+template <class Number>
+requires detail::kIsNumber<Number>
+bool EqualOpSeq(const Number& x, const Number& y) { return x == y; }
 template <class Base>
 bool EqualOpSeq(const AD<Base>& x, const AD<Base>& y) {
-  if (Constant(x) || Constant(y)) return Constant(x) && Constant(y) && EqualOpSeq(x.value(), y.value());
+  if (Constant(x) || Constant(y))
+    return Constant(x) && Constant(y) && EqualOpSeq(detail::given(x.value()), detail::given(y.value()));
   return x.id() == y.id();
 }
 
-template <Conditional S>
-bool GreaterThanZero(const S& x) {
-  return plain_value(x) > 0;
-}
-template <Conditional S>
-bool GreaterThanOrZero(const S& x) {
-  return plain_value(x) >= 0;
-}
-template <Conditional S>
-bool LessThanZero(const S& x) {
-  return plain_value(x) < 0;
-}
-template <Conditional S>
-bool LessThanOrZero(const S& x) {
-  return plain_value(x) <= 0;
-}
-template <Conditional S>
-bool abs_geq(const S& x, const S& y) {
-  return std::abs(plain_value(x)) >= std::abs(plain_value(y));
+#define DYNTAPE_CPPAD_ORDER(name, relation)     \
+  template <class Number>                       \
+  requires detail::kIsNumber<Number>            \
+  bool name(const Number& x) {                  \
+    if constexpr (detail::kIsOrdered<Number>) { \
+      return x relation 0;                      \
+    } else {                                    \
+      detail::refuse_order_of_complex(#name);   \
+    }                                           \
+  }                                             \
+  template <class Base>                         \
+  bool name(const AD<Base>& x) {                \
+    return name(detail::given(x.value()));      \
+  }
+DYNTAPE_CPPAD_ORDER(GreaterThanZero, >)
+DYNTAPE_CPPAD_ORDER(GreaterThanOrZero, >=)
+DYNTAPE_CPPAD_ORDER(LessThanZero, <)
+DYNTAPE_CPPAD_ORDER(LessThanOrZero, <=)
+#undef DYNTAPE_CPPAD_ORDER
+template <class Number>
+requires detail::kIsNumber<Number>
+bool abs_geq(const Number& x, const Number& y) { return std::abs(x) >= std::abs(y); }
+template <class Base>
+bool abs_geq(const AD<Base>& x, const AD<Base>& y) {
+  return abs_geq(detail::given(x.value()), detail::given(y.value()));
 }
 
-template <Conditional S>
-bool isnan(const S& x) {
-  return std::isnan(plain_value(x));
+template <class Number>
+requires(!requires(Number x) { x.tape(); }) bool isnan(const Number& x) { return x != x; }
+template <class Base>
+bool isnan(const AD<Base>& x) {
+  return isnan(x.value());
 }
 template <class Base>
 bool isinf(const AD<Base>& x) {
@@ -157,22 +176,32 @@ bool hasnan(const Vector& v) {
   }
   return false;
 }
-template <Conditional S>
-S nan(const S&) {
-  return S(std::numeric_limits<double>::quiet_NaN());
-}
 
-template <class S>
-struct numeric_limits {
-  using Float = decltype(plain_value(S()));
-  static S epsilon() { return S(std::numeric_limits<Float>::epsilon()); }
-  static S min() { return S((std::numeric_limits<Float>::min)()); }
-  static S max() { return S((std::numeric_limits<Float>::max)()); }
-  static S quiet_NaN() { return S(std::numeric_limits<Float>::quiet_NaN()); }
-  static S infinity() { return S(std::numeric_limits<Float>::infinity()); }
-  static constexpr int digits10 = std::numeric_limits<Float>::digits10;
-  static constexpr int max_digits10 = std::numeric_limits<Float>::max_digits10;
+namespace detail {
+// The limits of a type as values of S.
+template <class S, class Limits>
+struct LimitsAs {
+  static S epsilon() { return S(Limits::epsilon()); }
+  static S min() { return S((Limits::min)()); }
+  static S max() { return S((Limits::max)()); }
+  static S quiet_NaN() { return S(Limits::quiet_NaN()); }
+  static S infinity() { return S(Limits::infinity()); }
+  static constexpr int digits = Limits::digits;
+  static constexpr int digits10 = Limits::digits10;
+  static constexpr int max_digits10 = Limits::max_digits10;
 };
+}  // namespace detail
+// Programs specialise it for their bases.
+template <class S>
+struct numeric_limits : detail::LimitsAs<S, std::numeric_limits<S>> {};
+template <class Float>
+struct numeric_limits<std::complex<Float>> : detail::LimitsAs<std::complex<Float>, numeric_limits<Float>> {};
+template <class Base>
+struct numeric_limits<AD<Base>> : detail::LimitsAs<AD<Base>, numeric_limits<Base>> {};
+template <class S>
+S nan(const S&) {
+  return numeric_limits<S>::quiet_NaN();
+}
 template <class S>
 S epsilon() {
   return numeric_limits<S>::epsilon();

@@ -58,7 +58,7 @@ class CGAtomicFun : public CGAbstractAtomicFun<Base> {
 
   std::shared_ptr<detail::Fun<S>> recorded() override {
     const auto fun = inner_->recorded();
-    return fun ? fun->on_recorded() : nullptr;
+    return fun ? detail::on_recorded(*fun) : nullptr;
   }
   Inner* of_doubles() override { return inner_; }
   static detail::AtomicCall<Base> call_of_inner(const Call& call) {

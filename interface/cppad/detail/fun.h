@@ -81,7 +81,6 @@ class Fun {
 
   // --- the function ---
   void optimize(bool without_compare, bool without_print);
-  std::shared_ptr<Fun<AD<Base>>> on_recorded() const requires kIsBase<AD<Base>>;
   bool& throws_on_change() { return throws_on_change_; }
 
  private:
@@ -110,5 +109,9 @@ class Fun {
   std::size_t change_count_ = 1;
   bool checks_nan_ = true, told_nan_ = false, throws_on_change_ = false;
 };
+
+// The same function of recorded values.
+template <class Base>
+std::shared_ptr<Fun<AD<Base>>> on_recorded(const Fun<Base>& fun);
 
 }  // namespace CppAD::inline dyntape_names::detail

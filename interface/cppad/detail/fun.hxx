@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/taylor.h>
 #include <dyntape/autodiff/graph/function.h>
+#include <dyntape/interface/cppad/bases/any_base.h>
 #include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/detail/fun.h>
 #include <dyntape/interface/cppad/detail/patterns.h>
@@ -21,7 +22,7 @@ struct SeriesNumber<CppAD::AD<Base>> {
   static T evaluate(Op op, const T& x, const T& y, const T& z) {
     return CppAD::detail::apply(static_cast<CppAD::detail::Row>(op), x, y, z);
   }
-  static bool is_zero(const T& x) { return CppAD::plain_value(x) == 0; }
+  static bool is_zero(const T& x) { return SeriesNumber<Base>::is_zero(x.value()); }
 };
 
 }  // namespace dyntape
@@ -33,7 +34,9 @@ struct Fun<Base>::Run {
   explicit Run(const Recording<Base>& recording)
       : taylor(recording.function, [kernels = recording.kernels](const Callee& callee) {
           const auto found = kernels.find(&callee);
-          return found == kernels.end() ? nullptr : found->second->of(Base());
+          const auto* const kernel =
+              found == kernels.end() ? nullptr : dynamic_cast<const KernelOver<Base>*>(found->second.get());
+          return kernel ? kernel->series(nullptr) : nullptr;
         }) {}
   Taylor<Base> taylor;
 };
@@ -133,7 +136,7 @@ void Fun<Base>::run_all() {
     std::vector<Series<Base>> x(domain());
     for (std::size_t j = 0; j < x.size(); ++j) {
       std::size_t n = orders_;
-      while (n > 1 && IdenticalZero(coefficients[n - 1][j])) --n;
+      while (n > 1 && IdenticalZero(given(coefficients[n - 1][j]))) --n;
       if (n > 1) n = orders_;
       x[j].resize(n);
       for (std::size_t k = 0; k < n; ++k) x[j][k] = coefficients[k][j];
@@ -222,7 +225,7 @@ std::vector<Base> Fun<Base>::reverse(std::size_t q, const Values& w) {
   for (std::size_t i = 0; i < m; ++i) {
     std::size_t last = all ? q : 1;  // coefficients from the highest order down, without zeros at the end
     const auto weight = [&](std::size_t k) -> const Base& { return all ? w[i * q + q - 1 - k] : w[i]; };
-    while (last > 0 && IdenticalZero(weight(last - 1))) --last;
+    while (last > 0 && IdenticalZero(given(weight(last - 1)))) --last;
     if (last > 1) last = q;
     adjoints[i].resize(last);
     for (std::size_t k = 0; k < last; ++k) adjoints[i][k] = weight(k);
@@ -240,8 +243,9 @@ template <class Base>
 void Fun<Base>::after_order_zero(std::ostream& out) {
   const Taylor<Base>& run = runs_[0]->taylor;
   for (const Print& print : recording_->prints) {
-    if (plain_value(run.output(print.flag)[0]) > 0) continue;
-    out << print.before << run.output(print.value)[0] << print.after;
+    const Base flag = run.output(print.flag)[0], value = run.output(print.value)[0];
+    if (!IdenticalZero(given(flag)) && GreaterThanZero(given(flag))) continue;
+    out << print.before << given(value) << print.after;
   }
   if (!throws_on_change_) return;
   const std::size_t first = run.violated_guard(0);

@@ -278,15 +278,16 @@ void Fun<Base>::optimize(bool without_compare, bool without_print) {
 }
 
 template <class Base>
-std::shared_ptr<Fun<AD<Base>>> Fun<Base>::on_recorded() const requires kIsBase<AD<Base>> {
+std::shared_ptr<Fun<AD<Base>>> on_recorded(const Fun<Base>& fun) {
+  const Recording<Base>& from = fun.recording();
   auto recording = std::make_shared<Recording<AD<Base>>>();
-  recording->function = recording_->function;
-  recording->range = recording_->range;
-  recording->prints = recording_->prints;
-  recording->kernels = recording_->kernels;
-  recording->captured.assign(recording_->captured.begin(), recording_->captured.end());
-  recording->variables.assign(recording_->variables.begin(), recording_->variables.end());
-  recording->dynamics.assign(dynamics_.begin(), dynamics_.end());
+  recording->function = from.function;
+  recording->range = from.range;
+  recording->prints = from.prints;
+  recording->kernels = from.kernels;
+  recording->captured.assign(from.captured.begin(), from.captured.end());
+  recording->variables.assign(from.variables.begin(), from.variables.end());
+  recording->dynamics.assign(fun.dynamics().begin(), fun.dynamics().end());
   return std::make_shared<Fun<AD<Base>>>(std::move(recording));
 }
 

@@ -29,19 +29,19 @@ struct KernelName {
   std::size_t call_id = 0;
 };
 
-// A kernel that the user wrote, in series of the types in which functions are evaluated; null: not in this one.
+// A kernel that the user wrote.  It is a KernelOver<T> for each type T in whose series it is evaluated.
 struct KernelInSeries {
   virtual ~KernelInSeries() = default;
-  virtual std::shared_ptr<const SeriesKernel<float>> of(float) const { return nullptr; }
-  virtual std::shared_ptr<const SeriesKernel<AD<float>>> of(AD<float>) const { return nullptr; }
-  virtual std::shared_ptr<const SeriesKernel<double>> of(double) const { return nullptr; }
-  virtual std::shared_ptr<const SeriesKernel<AD<double>>> of(AD<double>) const { return nullptr; }
-  virtual std::shared_ptr<const SeriesKernel<AD<AD<double>>>> of(AD<AD<double>>) const { return nullptr; }
   // The pattern of the Jacobian, or of all dependencies; false: that of the callee.
   virtual bool jacobian(bool /*dependency*/, Pattern&) const { return false; }
   // The pattern of the Hessian of result i, both triangles; false: all pairs of what it depends on.
   virtual bool hessian(std::size_t, Pattern&) const { return false; }
   virtual KernelName called() const { return {}; }
+};
+template <class T>
+struct KernelOver {
+  virtual ~KernelOver() = default;
+  virtual std::shared_ptr<const SeriesKernel<T>> series(const T* of) const = 0;
 };
 using Kernels = std::map<const Callee*, std::shared_ptr<const KernelInSeries>>;
 
@@ -69,7 +69,7 @@ struct Recording {
   std::vector<Base> variables, dynamics;  // their values when it was recorded
 };
 
-// --- recorded.cpp, for every base ---
+// --- bases/recorded.hxx, for every base ---
 struct Begin {
   std::size_t abort_op_index = 0;
   bool record_compare = true;

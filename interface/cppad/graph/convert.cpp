@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/interface/cppad/bases/tape.h>
 #include <dyntape/interface/cppad/conditions.h>
-#include <dyntape/interface/cppad/detail/tape.h>
 #include <dyntape/interface/cppad/graph/cpp_graph.h>
 
 namespace CppAD::inline dyntape_names::detail {

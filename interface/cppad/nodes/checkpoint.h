@@ -56,8 +56,8 @@ class chkpoint_two : public atomic_three<Base> {
   }
   bool coefficients(const Call&, std::size_t, std::size_t up, const Many<AD<Base>>& tx,
                     Many<AD<Base>>& ty) override {
-    if constexpr (detail::kIsBase<AD<Base>>) ty = f_.base2ad().Forward(up, tx);
-    return detail::kIsBase<AD<Base>>;
+    if constexpr (detail::IsBase<AD<Base>>) ty = f_.base2ad().Forward(up, tx);
+    return detail::IsBase<AD<Base>>;
   }
   bool adjoints(const Call&, std::size_t up, const Many<Base>& tx, const Many<Base>&, Many<Base>& px,
                 const Many<Base>& py) override {
@@ -65,8 +65,8 @@ class chkpoint_two : public atomic_three<Base> {
   }
   bool adjoints(const Call&, std::size_t up, const Many<AD<Base>>& tx, const Many<AD<Base>>&,
                 Many<AD<Base>>& px, const Many<AD<Base>>& py) override {
-    if constexpr (detail::kIsBase<AD<Base>>) adjoints_of(f_.base2ad(), up, tx, px, py);
-    return detail::kIsBase<AD<Base>>;
+    if constexpr (detail::IsBase<AD<Base>>) adjoints_of(f_.base2ad(), up, tx, px, py);
+    return detail::IsBase<AD<Base>>;
   }
   bool jacobian_entries(const Call&, bool dependency, Sparsity& pattern) override {
     detail::to_rc(detail::sets_of(f_.core().jacobian_pattern(dependency)), false, pattern);

@@ -45,12 +45,12 @@ class RecordedStepSeries : public SeriesKernel<AD<Base>> {
 };
 
 template <class Base>
-struct StepInSeries : KernelInSeries {
+struct StepInSeries : KernelInSeries, KernelOver<Base>, KernelOver<AD<Base>> {
   explicit StepInSeries(Discrete<Base> s) : step(s) {}
-  std::shared_ptr<const SeriesKernel<Base>> of(Base) const override {
+  std::shared_ptr<const SeriesKernel<Base>> series(const Base*) const override {
     return std::make_shared<StepSeries<Base>>(step);
   }
-  std::shared_ptr<const SeriesKernel<AD<Base>>> of(AD<Base>) const override {
+  std::shared_ptr<const SeriesKernel<AD<Base>>> series(const AD<Base>*) const override {
     return std::make_shared<RecordedStepSeries<Base>>(step);
   }
   KernelName called() const override { return {KernelName::kDiscrete, step.name, 0}; }

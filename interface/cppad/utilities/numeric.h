@@ -12,6 +12,7 @@
 #include <sstream>
 #include <string>
 
+#include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/vector.h>
 
 namespace CppAD::inline dyntape_names {
@@ -123,13 +124,23 @@ void index_sort(const KeyVector& keys, SizeVector& ind) {
   for (std::size_t i = 0; i < n; ++i) ind[i] = places[i];
 }
 
-// With all digits.
+// A number with one digit more than its type keeps of any.  Programs specialise it for their bases.
+template <class Value>
+struct to_string_struct {
+  std::string operator()(const Value& value) {
+    std::ostringstream text;
+    text.precision(1 + numeric_limits<Value>::digits10);
+    text << detail::given(value);
+    return text.str();
+  }
+};
+template <class Base>
+struct to_string_struct<AD<Base>> : to_string_struct<Base> {
+  std::string operator()(const AD<Base>& x) { return to_string_struct<Base>::operator()(x.value()); }
+};
 template <class Value>
 std::string to_string(const Value& value) {
-  std::ostringstream text;
-  text.precision(17);
-  text << value;
-  return text.str();
+  return to_string_struct<Value>()(value);
 }
 
 // The elements of either.

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Kernels of the user in series.
+// Functions of the user: their calls, recorded and in series.
 #pragma once
 
+#include <algorithm>
+#include <iostream>
+#include <map>
+#include <mutex>
+
 #include <dyntape/autodiff/evaluate/taylor.h>
+#include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/interface/cppad/nodes/atomic.h>
 #include <dyntape/interface/cppad/detail/fun.hxx>
 
@@ -52,7 +58,7 @@ class AtomicSeries : public SeriesKernel<T> {
     Many out(at_.n_out());
     for (std::size_t i = 0; i < out.size(); ++i) {
       std::size_t n = up + 1;
-      while (n > 1 && IdenticalZero(ty[i * (up + 1) + n - 1])) --n;
+      while (n > 1 && IdenticalZero(given(ty[i * (up + 1) + n - 1]))) --n;
       if (n > 1) n = up + 1;
       out[i].resize(n);
       for (std::size_t k = 0; k < n; ++k) out[i][k] = ty[i * (up + 1) + k];
@@ -91,12 +97,12 @@ class AtomicSeries : public SeriesKernel<T> {
 };
 
 template <class Base>
-struct AtomicInSeries : KernelInSeries {
+struct AtomicInSeries : KernelInSeries, KernelOver<Base>, KernelOver<AD<Base>> {
   explicit AtomicInSeries(AtomicAt<Base> a) : at(std::move(a)) {}
-  std::shared_ptr<const SeriesKernel<Base>> of(Base) const override {
+  std::shared_ptr<const SeriesKernel<Base>> series(const Base*) const override {
     return std::make_shared<AtomicSeries<Base, Base>>(at);
   }
-  std::shared_ptr<const SeriesKernel<AD<Base>>> of(AD<Base>) const override {
+  std::shared_ptr<const SeriesKernel<AD<Base>>> series(const AD<Base>*) const override {
     return std::make_shared<AtomicSeries<Base, AD<Base>>>(at);
   }
   bool jacobian(bool dependency, Pattern& pattern) const override {
@@ -120,5 +126,129 @@ struct AtomicInSeries : KernelInSeries {
   }
   AtomicAt<Base> at;
 };
+
+std::string c_identifier(const std::string& name);
+// With its derivatives in doubles.
+std::shared_ptr<const Callee> callee_of_doubles(const AtomicAt<double>& at);
+
+template <class Base>
+std::shared_ptr<const Callee> atomic_callee(const AtomicAt<Base>& at) {
+  if constexpr (std::is_same_v<Base, double>) {
+    return callee_of_doubles(at);
+  } else {
+    if constexpr (std::is_same_v<Base, AD<double>>) {
+      if (AtomicFunction<double>* const plain = at.function().of_doubles()) {
+        const std::size_t n = at.n_in();
+        AtomicAt<double> of{plain->alive(),
+                            at.name,
+                            {at.call.id, at.n_out(), at.call.types, vector<double>(n), vector<double>(n)}};
+        for (std::size_t j = 0; j < n; ++j)
+          of.call.values[j] = at.call.values[j].value(),
+          of.call.parameters[j] = at.call.parameters[j].value();
+        return callee_of_doubles(of);
+      }
+    }
+    return std::make_shared<Callee>(c_identifier(at.name), at.n_in(), at.n_out(), Kernel());
+  }
+}
+
+template <class Base>
+ad_type_enum type_of(const AD<Base>& x) {
+  if (IdenticalZero(x)) return identical_zero_enum;
+  return Variable(x) ? variable_enum : Dynamic(x) ? dynamic_enum : constant_enum;
+}
+
+// What each result is, as the function says, or else what the highest argument is.
+template <class Base>
+vector<ad_type_enum> types_of_results(const AtomicAt<Base>& at) {
+  vector<ad_type_enum> types(at.n_out());
+  ad_type_enum highest = constant_enum;
+  for (const auto type : at.call.types) highest = std::max(highest, type);
+  for (auto& type : types) type = highest;
+  if (!at.function().result_types(at.call, types)) {
+    for (auto& type : types) type = highest;
+  }
+  return types;
+}
+
+template <class Base>
+struct NamedAtomics {
+  std::mutex mutex;
+  std::map<std::string, std::vector<AtomicFunction<Base>*>> of_name;
+};
+template <class Base>
+NamedAtomics<Base>& named_atomics() {
+  static auto* const named = new NamedAtomics<Base>;  // outlives static atomic functions
+  return *named;
+}
+
+template <class Base>
+AtomicFunction<Base>::AtomicFunction(const std::string& name)
+    : name_(name), alive_(std::make_shared<AtomicFunction*>(this)) {
+  const std::scoped_lock lock(named_atomics<Base>().mutex);
+  named_atomics<Base>().of_name[name_].push_back(this);
+}
+
+template <class Base>
+AtomicFunction<Base>::~AtomicFunction() {
+  *alive_ = nullptr;
+  const std::scoped_lock lock(named_atomics<Base>().mutex);
+  std::erase(named_atomics<Base>().of_name[name_], this);
+}
+
+// The last one of this name that lives.
+template <class Base>
+std::vector<AD<Base>> atomic_by_name(const std::string& name, std::size_t call_id,
+                                     const std::vector<AD<Base>>& x, std::size_t m) {
+  std::unique_lock lock(named_atomics<Base>().mutex);
+  const auto& functions = named_atomics<Base>().of_name[name];
+  if (functions.empty()) refuse("there is no atomic function \"" + name + "\"; construct it first");
+  AtomicFunction<Base>& function = *functions.back();
+  lock.unlock();
+  return function.call(call_id, x, m);
+}
+
+// Results that are constants are no nodes, and those that are dynamic come from a call of their own, in which variables are constants.
+template <class Base>
+std::vector<AD<Base>> AtomicFunction<Base>::call(std::size_t call_id, const std::vector<AD<Base>>& x,
+                                                 std::size_t m) {
+  if constexpr (IsBase<AD<Base>>) {
+    if (const auto fun = recorded()) {
+      if (x.size() != fun->domain() || m != fun->range())
+        refuse("checkpoint \"" + name_ + "\": got " + std::to_string(x.size()) + " arguments and " +
+               std::to_string(m) + " results, expected " + std::to_string(fun->domain()) + " and " +
+               std::to_string(fun->range()));
+      return on_recorded(*fun)->forward(0, x, std::cout);
+    }
+  }
+  const vector<Base> none(x.size());
+  AtomicAt<Base> at{alive_, name_, {call_id, m, vector<ad_type_enum>(x.size()), none, none}};
+  bool moves = false;
+  for (std::size_t j = 0; j < x.size(); ++j) {
+    at.call.types[j] = type_of(x[j]);
+    at.call.values[j] = x[j].value();
+    at.call.parameters[j] =
+        at.call.types[j] == variable_enum ? numeric_limits<Base>::quiet_NaN() : x[j].value();
+    moves = moves || at.call.types[j] >= dynamic_enum;
+  }
+  const vector<Base> y = at.forward(0, at.call.values);
+  std::vector<AD<Base>> results(y.begin(), y.end());
+  if (!moves) return results;
+  const vector<ad_type_enum> types = types_of_results(at);
+  for (const ad_type_enum wanted : {dynamic_enum, variable_enum}) {
+    if (std::find(types.begin(), types.end(), wanted) == types.end()) continue;
+    AtomicAt<Base> part = at;
+    std::vector<AD<Base>> arguments = x;
+    for (std::size_t j = 0; j < x.size() && wanted == dynamic_enum; ++j) {
+      if (at.call.types[j] == variable_enum) arguments[j] = Var2Par(x[j]), part.call.types[j] = constant_enum;
+    }
+    const auto made = record_call(atomic_callee(part), std::make_shared<AtomicInSeries<Base>>(part),
+                                  arguments, std::vector<Base>(y.begin(), y.end()));
+    for (std::size_t i = 0; i < m; ++i) {
+      if (types[i] == wanted) results[i] = made[i];
+    }
+  }
+  return results;
+}
 
 }  // namespace CppAD::inline dyntape_names::detail

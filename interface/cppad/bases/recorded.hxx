@@ -1,24 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
+//
+// Recording over a base: what ad.h and recording.h declare.
+#pragma once
+
 #include <algorithm>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/cppad/detail/patterns.h>
-#include <dyntape/interface/cppad/detail/tape.h>
+#include <dyntape/interface/cppad/bases/any_base.h>
+#include <dyntape/interface/cppad/bases/tape.h>
 
 namespace CppAD::inline dyntape_names::detail {
-
-namespace {
 
 constexpr Op op_of(Row row) { return static_cast<Op>(row); }
 
 template <class Base>
 bool is_on(const Tape<Base>* tape, const AD<Base>& x) {
   return x.tape() != 0 && tape && x.tape() == tape->serial;
-}
-
-std::string begun_at(const Begin& begin) {
-  if (!begin.file) return "";
-  return ", begun at " + std::string(begin.file) + ":" + std::to_string(begin.line) + ",";
 }
 
 template <class Base>
@@ -29,35 +26,10 @@ void check_length(const Tape<Base>& tape) {
                      ", at which the recording" + begun_at(tape.begin) + " was interrupted, is reached");
 }
 
-// Of the nodes up to the last one; those that are there are known.
-void find_kinds(const Graph& graph, NodeId last, std::vector<Kind>& kinds) {
-  for (auto next = static_cast<NodeId>(kinds.size()); next <= last; ++next) {
-    const Node& node = graph[next];
-    Kind kind = Kind::kConstant;
-    if (node.op == Op::Input) {
-      kind = node.a == static_cast<NodeId>(Block::kVariables)    ? Kind::kVariable
-             : node.a == static_cast<NodeId>(Block::kParameters) ? Kind::kDynamic
-                                                                 : Kind::kConstant;
-    } else {
-      graph.for_each_argument(next, [&](NodeId a) { kind = std::max(kind, kinds[a]); });
-    }
-    kinds.push_back(kind);
-  }
-}
-
-std::vector<Kind> kinds_of(const Graph& graph) {
-  std::vector<Kind> kinds;
-  kinds.reserve(graph.size());
-  if (graph.size() > 0) find_kinds(graph, static_cast<NodeId>(graph.size() - 1), kinds);
-  return kinds;
-}
-
-}  // namespace
-
 template <class Base>
 NodeId Tape<Base>::captured_node(const Base& value) {
   const auto place = static_cast<std::uint32_t>(captured.size());
-  if constexpr (!std::is_floating_point_v<Base>) {
+  if constexpr (kIsRecorded<Base>) {
     if (value.tape() != 0) {
       const std::uint64_t key = std::uint64_t(value.tape()) << 32 | value.id();
       const auto [known, added] = captured_places.try_emplace(key, place);
@@ -74,8 +46,6 @@ Kind Tape<Base>::kind(NodeId id) {
   find_kinds(graph, id, kinds);
   return kinds[id];
 }
-
-namespace {
 
 // Values that are not of the open recording are constants; a base that records makes inputs of its own recorded values.
 template <class B>
@@ -102,6 +72,8 @@ struct Policy {
   static Base evaluate(const Base& x, const Base& y, const Base& z) {
     if constexpr (std::is_floating_point_v<Base>) {
       return dyntape::evaluate<op>(x, y, z);
+    } else if constexpr (kIsOther<Base>) {
+      return evaluate_base<op>(x, y, z);
     } else {
       constexpr auto row = static_cast<Row>(op);
       constexpr int n = info(op).arity;
@@ -126,10 +98,15 @@ void guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expected, const cha
   tape->guard(condition, expected, file, line);
 }
 
-}  // namespace
-
 template <Row row, class Base>
 AD<Base> apply(AD<Base> x) {
+  if constexpr (std::is_same_v<Base, long double>) {  // the table has slopes with doubles in them
+    constexpr Base log_of_2 = 0.693147180559945309417232121458176568L,
+                   log_of_10 = 2.302585092994045684017991454684364208L;
+    if constexpr (row == Row::Log2) return apply<Row::Log>(x) / AD<Base>(log_of_2);
+    if constexpr (row == Row::Log10) return apply<Row::Log>(x) / AD<Base>(log_of_10);
+    if constexpr (row == Row::Exp2) return apply<Row::Exp>(x * AD<Base>(log_of_2));
+  }
   return Arithmetic<Base>::template apply<op_of(row)>(x);
 }
 template <Row row, class Base>
@@ -157,13 +134,28 @@ AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z)
 }
 
 template <class Base>
+bool compare_base(Row row, const Base& x, const Base& y) {
+  if (row == Row::Eq) return x == y;
+  if (row == Row::Ne) return x != y;
+  if constexpr (kIsComplex<Base>) {
+    refuse_order_of_complex("a comparison");
+  } else if constexpr (requires { x < y, x <= y; }) {
+    return row == Row::Lt ? x < y : x <= y;
+  } else {
+    refuse_missing("operator <");
+  }
+}
+
+template <class Base>
 bool compare(Row row, const AD<Base>& x, const AD<Base>& y, const char* file, int line) {
   const Op op = op_of(row);
   bool truth;
   if constexpr (std::is_floating_point_v<Base>) {
     truth = evaluate<Base>(op, x.value(), y.value(), y.value()) != 0;
-  } else {
+  } else if constexpr (kIsRecorded<Base>) {
     truth = compare(row, x.value(), y.value(), file, line);
+  } else {
+    truth = compare_base(row, x.value(), y.value());
   }
   if (const Tape<Base>* const tape = current_tape<Base>; tape && tape->begin.record_compare)
     guard(op, x, y, truth, file, line);
@@ -246,8 +238,6 @@ std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
   return results;
 }
 
-namespace {
-
 template <class Base>
 void check_independents(const Tape<Base>& tape, const AD<Base>* x, std::size_t n_x) {
   if (n_x != tape.variables.size())
@@ -259,36 +249,6 @@ void check_independents(const Tape<Base>& tape, const AD<Base>* x, std::size_t n
     refuse("ADFun: x[" + std::to_string(i) +
            "] is not the independent variable that Independent made of it: it has been assigned since");
   }
-}
-
-}  // namespace
-
-RecordingSizes count_sizes(const Function& function, const std::vector<Print>& prints) {
-  const std::vector<Kind> kinds = kinds_of(function.graph);
-  RecordingSizes sizes;
-  for (NodeId id = 0; id < function.graph.size(); ++id) {
-    const Kind kind = kinds[id];
-    const Op op = function.graph[id].op;
-    std::size_t arguments = 0;
-    function.graph.for_each_argument(id, [&](NodeId) { ++arguments; });
-    sizes.constants += op == Op::Const;
-    sizes.operations += kind == Kind::kVariable;
-    sizes.variables += kind == Kind::kVariable && op != Op::Call;
-    sizes.dynamics += kind == Kind::kDynamic;
-    (kind == Kind::kDynamic ? sizes.dynamic_arguments : sizes.arguments) += arguments;
-  }
-  sizes.dynamics = std::max(sizes.dynamics, function.n_p());
-  sizes.variables = std::max(sizes.variables, function.n_x());
-  sizes.operations = std::max(sizes.operations, function.n_x());
-  for (const Print& print : prints) sizes.text += print.before.size() + print.after.size() + 2;
-  return sizes;
-}
-
-std::vector<bool> parameters_of(const Function& function, std::size_t range) {
-  const std::vector<Kind> kinds = kinds_of(function.graph);
-  std::vector<bool> are_parameters(range);
-  for (std::size_t i = 0; i < range; ++i) are_parameters[i] = kinds[function.outputs[i]] != Kind::kVariable;
-  return are_parameters;
 }
 
 template <class Base>
@@ -339,36 +299,6 @@ std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Ba
                                                                      numbers(of.dynamics)});
 }
 
-#define DYNTAPE_CPPAD_BASE(Base)                                                                        \
-  template std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Base>&,        \
-                                                                         const char*);                  \
-  template struct Tape<Base>;                                                                           \
-  template AD<Base> apply(Row, const AD<Base>&, const AD<Base>&, const AD<Base>&);                      \
-  template bool compare(Row, const AD<Base>&, const AD<Base>&, const char*, int);                       \
-  template void record_guard(Row, const AD<Base>&, const AD<Base>&);                                    \
-  template Kind kind_of(const AD<Base>&);                                                               \
-  template const Base& value_to_keep(const AD<Base>&);                                                  \
-  template bool is_recording<Base>();                                                                   \
-  template void begin_recording(AD<Base>*, std::size_t, AD<Base>*, std::size_t, const Begin&);          \
-  template void record_print(const AD<Base>&, const std::string&, const AD<Base>&, const std::string&); \
-  template std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>&,                      \
-                                             const std::shared_ptr<const KernelInSeries>&,              \
-                                             const std::vector<AD<Base>>&, const std::vector<Base>&);   \
-  template std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>*, std::size_t,           \
-                                                                const AD<Base>*, std::size_t);
-DYNTAPE_CPPAD_BASE(float)
-DYNTAPE_CPPAD_BASE(double)
-DYNTAPE_CPPAD_BASE(AD<double>)
-DYNTAPE_CPPAD_BASE(AD<AD<double>>)
-
-#define OP(name, fn, n, ...)                                                 \
-  DYNTAPE_CPPAD_APPLY_##n(name, float) DYNTAPE_CPPAD_APPLY_##n(name, double) \
-      DYNTAPE_CPPAD_APPLY_##n(name, AD<double>) DYNTAPE_CPPAD_APPLY_##n(name, AD<AD<double>>)
-#define DYNTAPE_CPPAD_APPLY_1(name, Base) template AD<Base> apply<Row::name>(AD<Base>);
-#define DYNTAPE_CPPAD_APPLY_2(name, Base) template AD<Base> apply<Row::name>(AD<Base>, AD<Base>);
-#define DYNTAPE_CPPAD_APPLY_3(name, Base) template AD<Base> apply<Row::name>(AD<Base>, AD<Base>, AD<Base>);
-#include <dyntape/autodiff/graph/ops.def>
-
 }  // namespace CppAD::inline dyntape_names::detail
 
 namespace CppAD::inline dyntape_names {
@@ -377,10 +307,5 @@ template <class Base>
 void AD<Base>::abort_recording() {
   detail::set_open_tape<Base>(nullptr);
 }
-
-template void AD<float>::abort_recording();
-template void AD<double>::abort_recording();
-template void AD<AD<double>>::abort_recording();
-template void AD<AD<AD<double>>>::abort_recording();
 
 }  // namespace CppAD::inline dyntape_names

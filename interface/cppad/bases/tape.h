@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The open recording of a thread over a base, for recorded.cpp.
+// The open recording of a thread over a base, for recorded.hxx.
 #pragma once
 
 #include <cstring>
@@ -10,6 +10,7 @@
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/autodiff/graph/function.h>
 #include <dyntape/autodiff/record/tape.h>
+#include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/detail/recording.h>
 
 namespace CppAD::inline dyntape_names::detail {
@@ -49,21 +50,37 @@ void set_open_tape(std::unique_ptr<Tape<Base>> tape) {
   open_tape<Base>() = std::move(tape);
 }
 
-// Numbers on all levels.
-template <class Float>
-requires std::is_floating_point_v<Float>
-double number_of(Float x) { return static_cast<double>(x); }
-template <class Base>
-double number_of(const AD<Base>& x) {
-  return number_of(x.value());
-}
+std::string begun_at(const Begin& begin);
+// Of the nodes up to the last one; those that are there are known.
+void find_kinds(const Graph& graph, NodeId last, std::vector<Kind>& kinds);
 
-template <class Float>
-requires std::is_floating_point_v<Float>
-bool is_captured(Float) { return false; }
+// Whether a value is no constant of the graph, which has doubles: it is recorded on another level, or has another
+// value than each double.  Of a base of the user, only zero and one are.
 template <class Base>
-bool is_captured(const AD<Base>& x) {
-  return kind_of(x) != Kind::kConstant || is_captured(x.value());
+bool is_captured(const Base& x) {
+  if constexpr (kIsRecorded<Base>) {
+    return kind_of(x) != Kind::kConstant || is_captured(x.value());
+  } else if constexpr (kIsComplex<Base>) {
+    return x.imag() != 0 || std::signbit(x.imag()) || is_captured(x.real());
+  } else if constexpr (std::is_floating_point_v<Base>) {
+    if constexpr (sizeof(Base) <= sizeof(double)) return false;
+    return static_cast<Base>(static_cast<double>(x)) != x && x == x;
+  } else {
+    return !IdenticalZero(given(x)) && !IdenticalOne(given(x));
+  }
+}
+// The double that it is otherwise.
+template <class Base>
+double number_of(const Base& x) {
+  if constexpr (kIsRecorded<Base>) {
+    return number_of(x.value());
+  } else if constexpr (kIsComplex<Base>) {
+    return static_cast<double>(x.real());
+  } else if constexpr (std::is_floating_point_v<Base>) {
+    return static_cast<double>(x);
+  } else {
+    return IdenticalOne(given(x)) ? 1 : 0;
+  }
 }
 
 }  // namespace CppAD::inline dyntape_names::detail

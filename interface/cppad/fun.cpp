@@ -1,9 +1,0 @@
-// SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/cppad/detail/fun.hxx>
-
-namespace CppAD::inline dyntape_names::detail {
-
-template class Fun<float>;
-template class Fun<double>;
-
-}  // namespace CppAD::inline dyntape_names::detail
