@@ -11,11 +11,13 @@ import shutil
 import sys
 
 import cpp_reference
+import equations
 import gallery
 import python_reference
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = {'CHANGELOG.md': 'changelog.md', 'CONTRIBUTING.md': 'contributing.md', 'SECURITY.md': 'security.md'}  # beside docs/
+KATEX = pathlib.Path('/usr/share/javascript/katex')  # of the package libjs-katex
 LINK = re.compile(r'(\]\()([^)#\s]+)((?:#[^)\s]*)?\))')
 
 
@@ -72,6 +74,10 @@ def main():
     (destination / 'reference/cpp.md').write_text(cpp_reference.page())
     (destination / 'reference/python.md').write_text(python_reference.page(build / 'python' / 'dyntape'))
     (destination / 'gallery.md').write_text(gallery.page(build, destination, '--gallery' in sys.argv))
+    math = destination / 'math.md'
+    math.write_text(equations.typeset(math.read_text()))
+    for path in (KATEX / 'katex.min.css', KATEX / 'katex.min.js', *(KATEX / 'fonts').glob('*.woff2')):
+        copy(path, destination / 'katex' / path.relative_to(KATEX))
     for name in ('wide.css', 'iframe-worker.js'):
         copy(pathlib.Path(__file__).parent / name, destination / name)
     if links.dead:
