@@ -10,7 +10,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-BLOCK = re.compile(r'^<!-- file: (\S+) -->\n(?:```\w*\n.*?^```\n)?', re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r'^<!-- file: (\S+) -->\n(?:```\w*( title="[^"\n]*")?\n.*?^```\n)?', re.MULTILINE | re.DOTALL)
 LANGUAGES = {'.py': 'python', '.cpp': 'cpp', '.h': 'cpp', '.txt': 'cmake', '.sh': 'bash'}
 LINK = re.compile(r'\]\((?![a-z]+:)([^)#\s]+)')
 CODE = re.compile(r'^ *```.*?^ *```|`[^`\n]*`', re.MULTILINE | re.DOTALL)
@@ -19,7 +19,8 @@ LICENCE = re.compile(r'\A(?:#!.*\n)?(?://|#) SPDX.*\n(?:(?://|#)\n)?\n*')
 
 def block(match):
     path = ROOT / match.group(1)
-    return f'{match.group(0).splitlines()[0]}\n```{LANGUAGES.get(path.suffix, "")}\n{LICENCE.sub("", path.read_text()).rstrip()}\n```\n'
+    head = LANGUAGES.get(path.suffix, '') + (match.group(2) or '')
+    return f'{match.group(0).splitlines()[0]}\n```{head}\n{LICENCE.sub("", path.read_text()).rstrip()}\n```\n'
 
 
 def dead_links():

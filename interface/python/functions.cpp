@@ -417,10 +417,10 @@ void bind_functions(nb::module_& module) {
       "Rows and columns of the non-zeros of the Hessian's lower triangle.");
   f.def(
       "compile", compile, nb::arg("order") = 2, nb::kw_only(), nb::arg("route") = "tiered",
-      nb::arg("lanes") = false, nb::arg("functions") = to_string(kDefaultFunctions),
+      nb::arg("lanes") = true, nb::arg("functions") = to_string(kDefaultFunctions),
       nb::arg("flags") = std::vector<std::string>(), nb::arg("device") = nb::none(),
       nb::arg("single") = false,
-      nb::sig("def compile(self, order: int = 2, *, route: str = 'tiered', lanes: bool = False, "
+      nb::sig("def compile(self, order: int = 2, *, route: str = 'tiered', lanes: bool = True, "
               "functions: str = 'sines', flags: Sequence[str] = (), device: str | None = None, "
               "single: bool = False) -> Function"),
       "Compiles value and derivatives up to `order`, or takes them from the cache; returns the function "
@@ -429,7 +429,9 @@ void bind_functions(nb::module_& module) {
       "finished;\n"
       "    \"machine-code\": without a compiler; \"compiled\": waits for the compiler.  All have the same "
       "bits.\n"
-      "lanes: also compiles kernels of several states per SIMD instruction, for batches.\n"
+      "lanes: also compiles kernels of several states per SIMD instruction, which batches take; False halves "
+      "the time of the\n"
+      "    compiler.\n"
       "functions: \"sines\": dyntape's sine and cosine, the C library's others; \"libm\": all of the C "
       "library;\n"
       "    \"portable\": the same bits on every processor, fastest in lanes.\n"

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import dyntape
+from conftest import page_section
 
 ca = pytest.importorskip('casadi')
 
@@ -97,3 +98,9 @@ def test_threads_and_names_that_are_free_again(arm):
 def test_a_function_that_is_not_there(arm):
     with pytest.raises(dyntape.ArgumentError, match='did you mean'):
         arm.casadi('inverse')
+
+
+def test_the_page():
+    names = {}
+    exec(page_section("CasADi and acados"), names)
+    assert names["A"].shape == (7, 51)

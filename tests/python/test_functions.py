@@ -4,6 +4,7 @@
 import copy
 import math
 import pickle
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import dyntape
@@ -350,3 +351,24 @@ def test_threads_record_and_evaluate(random):
 
     with ThreadPoolExecutor(8) as pool:
         assert all(pool.map(work, range(40)))
+
+
+def test_the_default_is_as_quick_as_any_option(random):
+    """Of many states, on the route that waits for no compiler."""
+    def chain(q):
+        for _ in range(30):
+            q = np.sqrt(q * q + 1) * q[::-1] - q
+        return q.sum()
+
+    def seconds(f):
+        best = np.inf
+        for _ in range(20):
+            begin = time.perf_counter()
+            f(x)
+            best = min(best, time.perf_counter() - begin)
+        return best
+
+    x = random.normal(size=(1000, 6))
+    options = {}, {"lanes": False}, {"lanes": True}, {"functions": "portable"}, {"functions": "libm"}
+    times = [seconds(dyntape.record(chain, 6).compile(0, route="machine-code", **how)) for how in options]
+    assert times[0] < 1.5 * min(times)

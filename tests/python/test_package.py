@@ -148,20 +148,3 @@ def test_locks():
     assert dyntape.load(CONFIG / "robots" / "panda.urdf", lock=FINGERS).nv == 7
     with pytest.raises(dyntape.ArgumentError, match="no joint"):
         dyntape.load(CONFIG / "robots" / "panda.urdf", lock=["panda_finger_joint3"])
-
-
-def test_the_page(tmp_path, monkeypatch):
-    """What docs/python.md shows runs, block by block."""
-    page = (HERE.parents[1] / "docs" / "python.md").read_text()
-    scene = dyntape.Scene(CONFIG / "scenes" / "quadruped_explicit.info")
-    x0 = np.concatenate([scene.q, scene.v])[None]
-    names = {
-        "x0": x0, "u": np.zeros((1, 5, 12)), "w": np.zeros((1, 5, 36)), "target": np.array([0.3, 0.2, 0.5]), "p": np.zeros(12),
-        "law": lambda x, p: p - 0.1 * x[-12:],
-    }
-    (tmp_path / "config").symlink_to(CONFIG)
-    monkeypatch.chdir(tmp_path)
-    blocks = page.split("```python\n")[1:]
-    for block in blocks:
-        exec(block.split("```")[0], names)
-    assert len(blocks) == 4 and names["motion"].success and names["x"].shape == (1, 5, 37)

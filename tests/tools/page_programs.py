@@ -13,18 +13,17 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import textwrap
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-FENCE = re.compile(r'^ *```cpp\n(.*?)^ *```$', re.MULTILINE | re.DOTALL)
+import page_blocks
+
+ROOT = page_blocks.ROOT
 TOP = re.compile(r'^(?:#include.*|namespace \w+ = .*|using namespace .*)\n?', re.MULTILINE)
 
 
 def units(page):
     """Programs of the page, and one unit of all its other blocks."""
-    text, head, body = page.read_text(), [], []
-    for match in FENCE.finditer(text):
-        block, line = textwrap.dedent(match.group(1)), text.count('\n', 0, match.start()) + 2
+    head, body = [], []
+    for block, line in ((block.text, block.line) for block in page_blocks.blocks(page) if block.language == 'cpp'):
         where = f'#line {line} "{page.relative_to(ROOT)}"\n'
         if 'int main(' in block:
             yield where + block
@@ -41,7 +40,6 @@ def units(page):
 
 def main():
     build, compiler = pathlib.Path(sys.argv[1]), sys.argv[2]
-    pages = [ROOT / 'README.md', *sorted((ROOT / 'docs').rglob('*.md'))]
     with tempfile.TemporaryDirectory() as folder:
         include = pathlib.Path(folder, 'include')
         headers = subprocess.run([sys.executable, ROOT / 'tools/public_headers.py'], check=True, capture_output=True, text=True)
@@ -50,7 +48,7 @@ def main():
             place.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(ROOT / header, place)
         bad = count = 0
-        for page in pages:
+        for page in page_blocks.pages():
             for unit in units(page):
                 count += 1
                 bad += subprocess.run([compiler, '-std=c++20', '-fsyntax-only', '-w', f'-I{include}', f'-I{build}/cppad_drop_in',

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Puts the sources of the site together: docs/, pages made of the sources, files that pages link to.
 
-    assemble.py BUILD DESTINATION [--gallery]
+    assemble.py BUILD DESTINATION [--gallery]      pages of notebooks are those in BUILD/notebooks (notebooks.py)
 """
 import pathlib
 import posixpath
@@ -11,11 +11,14 @@ import shutil
 import sys
 
 import cpp_reference
+import equations
 import gallery
+import notebooks
 import python_reference
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = {'CHANGELOG.md': 'changelog.md', 'CONTRIBUTING.md': 'contributing.md', 'SECURITY.md': 'security.md'}  # beside docs/
+KATEX = pathlib.Path('/usr/share/javascript/katex')  # of the package libjs-katex
 LINK = re.compile(r'(\]\()([^)#\s]+)((?:#[^)\s]*)?\))')
 
 
@@ -57,6 +60,17 @@ def copy(source, destination):
     shutil.copyfile(source, destination)
 
 
+def add_notebooks(pages, destination):
+    shutil.copytree(pages, destination)
+    rows = [f'| [{notebooks.title(path)}]({path.stem}.md) | [`{path.name}`](../../files/examples/notebooks/{path.name}) |'
+            for path in sorted(notebooks.FOLDER.glob('*.ipynb'))]
+    text = ['# Notebooks', '', 'Worked through, with their results. Download one and run it in a folder in which `config/` is.', '',
+            '| notebook | file |', '|---|---|', *rows]
+    (destination / 'index.md').write_text('\n'.join(text) + '\n')
+    for path in notebooks.FOLDER.glob('*.ipynb'):
+        copy(path, destination.parents[1] / 'files/examples/notebooks' / path.name)
+
+
 def main():
     build, destination = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
     shutil.rmtree(destination, ignore_errors=True)
@@ -72,6 +86,11 @@ def main():
     (destination / 'reference/cpp.md').write_text(cpp_reference.page())
     (destination / 'reference/python.md').write_text(python_reference.page(build / 'python' / 'dyntape'))
     (destination / 'gallery.md').write_text(gallery.page(build, destination, '--gallery' in sys.argv))
+    add_notebooks(build / 'notebooks', destination / 'tutorials/notebooks')
+    math = destination / 'math.md'
+    math.write_text(equations.typeset(math.read_text()))
+    for path in (KATEX / 'katex.min.css', KATEX / 'katex.min.js', *(KATEX / 'fonts').glob('*.woff2')):
+        copy(path, destination / 'katex' / path.relative_to(KATEX))
     for name in ('wide.css', 'iframe-worker.js'):
         copy(pathlib.Path(__file__).parent / name, destination / name)
     if links.dead:
