@@ -164,12 +164,6 @@ def limit_of_speed():
                 rows=[Row(lambda m, x, u, t: 8 * (t - 0.5) ** 2 - 0.5 - x[1])])  # fmt: skip
 
 
-@published(0.75144, "Jacobson", 1e-3)
-def limit_of_position():
-    return dict(states=2, controls=1, duration=1.0, rate=damped, cost=lambda m, x, u, t: x[0] ** 2 + x[1] ** 2 + 0.005 * u[0] ** 2, start=[0, -1],
-                rows=[Row(lambda m, x, u, t: 8 * (t - 0.5) ** 2 - 0.5 - x[0])])  # fmt: skip
-
-
 @published(1.68569, "Vlassenbroeck", 2e-4)
 def van_der_pol():
     return dict(states=2, controls=1, duration=5.0, rate=lambda m, x, u, t: [x[1], -x[0] + (1 - x[0] ** 2) * x[1] + u[0]],
@@ -224,7 +218,7 @@ def tumour():
         return [-0.084 * p * m.log(p / q), q * (5.85 - 0.02 - 0.00873 * p ** (2 / 3) - 0.15 * u[0]), u[0]]
 
     return dict(states=3, controls=1, duration=1.0, rate=rate, end_cost=lambda m, x: x[0], free=(0.1, 10), controls_within=(0, 75),
-                states_within=([0.01 * size, 0.01 * size, 0], [size, size, 15]), start=[size / 2, size / 8, 0])  # fmt: skip
+                states_within=([0.01 * size, 0.01 * size, 0], [size, size, 15]), start=[size / 2, size / 4, 0])  # fmt: skip
 
 
 @published(-0.595876, "Betts", 2e-4)

@@ -159,7 +159,7 @@ def by_casadi(k: Known, solver: str) -> Answer:
         cost, success, verdict = math.nan, False, str(error).splitlines()[0][:80]
     stats = opti.stats() if success else {}
     iterations = stats.get("iter_count", stats.get("fatrop", {}).get("iterations_count", -1))
-    return Answer(success, cost, iterations, time.perf_counter() - begin, verdict)
+    return Answer(success, cost, iterations, time.perf_counter() - begin, verdict, digits=1e-2)
 
 
 SOLVERS = {
