@@ -168,6 +168,26 @@ TEST_F(Places, PicturesShowObstacles) {
   EXPECT_TRUE(shows(0.12, 0.68, 0.92)) << "lamp";
 }
 
+// The block of the file, 0.2 m wide, at both ends of its way.
+TEST_F(Places, PicturesShowBoxesAsTheyAre) {
+  load("block_move");
+  const Task task = read();
+  StagedNlp program = discretize(task.problem, task.optimise.mesh);
+  const Trajectory motion = program.trajectory(program.start());
+  const std::vector<io::Series> series = motion_plot(task, motion).panels[0].series;
+  for (const double x : {motion.x(0, 0), motion.x(0, motion.points() - 1)}) {
+    EXPECT_TRUE(std::any_of(series.begin(), series.end(),
+                            [&](const io::Series& s) {
+                              if (s.x.size() != 5) return false;
+                              const auto [left, right] = std::minmax_element(s.x.begin(), s.x.end());
+                              const auto [low, high] = std::minmax_element(s.y.begin(), s.y.end());
+                              return std::max({std::abs(*left - x + 0.1), std::abs(*right - x - 0.1),
+                                               std::abs(*low + 0.1), std::abs(*high - 0.1)}) < 1e-12;
+                            }))
+        << "at " << x;
+  }
+}
+
 TEST_F(Places, MistakesAreNamedWithTheirPlace) {
   const std::string sound = text_;
   const auto says = [&](const std::string& old, const std::string& with, const std::string& part) {

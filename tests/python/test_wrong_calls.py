@@ -163,3 +163,10 @@ def test_displays():
     assert page.count("<tr>") == 7 and "shoulder_pan_joint" in page
     dog = dyntape.load(dyntape.config_folder() / "robots" / "solo12.urdf", base="floating")
     assert dog._repr_html_().count("<tr>") == 14
+
+
+@pytest.mark.parametrize("value", [-10**400, "9" * 5000, 10**400])
+def test_long_numbers_are_told_by_their_beginning(value):
+    with pytest.raises(dyntape.FileError) as told:
+        dyntape.simulate(dyntape.config_folder() / "scenes" / "pendulum.info", set={"simulation.duration": value})
+    assert len(str(told.value)) < 300 and "characters)" in str(told.value)

@@ -23,6 +23,22 @@ void check_question(const std::string& key) {
     throw ArgumentError("section: the key '" + key + "' asked for is empty or begins or ends with a blank");
 }
 
+// Numbers of more than 60 characters by their first 20.
+std::string with_short_numbers(const std::string& message) {
+  constexpr std::size_t kMost = 60, kShown = 20;
+  std::string text;
+  for (std::size_t at = 0; at < message.size();) {
+    const std::size_t end = std::min(message.find_first_not_of("0123456789.+-eE", at), message.size());
+    if (end - at > kMost)
+      text += message.substr(at, kShown) + "... (" + std::to_string(end - at) + " characters)";
+    else
+      text += message.substr(at, end - at);
+    at = end;
+    if (at < message.size()) text += message[at++];
+  }
+  return text;
+}
+
 }  // namespace
 
 InfoNode detail::answer_node(const std::string& key, std::string value, const InfoNode* given) {
@@ -82,6 +98,7 @@ std::string Section::path() const { return state_->path; }
 std::string Section::full(const std::string& key) const { return state_->path_of(key); }
 
 void Section::note(const Where& where, std::string message) {
+  message = with_short_numbers(message);
   const bool is_new = reading_->noted.insert(to_string(where) + ": " + message).second;
   if (is_new)
     reading_->problems.push_back({where, std::move(message)});  // a question asked twice is one problem

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <stop_token>
 
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/robot_configuration.h>
@@ -92,31 +93,83 @@ std::vector<Bone> bones(const Task& task, const dynamics::Data<double>& data) {
   return parts;
 }
 
-// Sliders on the world are drawn as boxes on rails: paths of their origins, in the picture.
-using Path = std::vector<Eigen::Vector2d>;
-
 Eigen::Vector2d vector_of(const std::array<double, 2>& p) { return {p[0], p[1]}; }
 
-double extent(const io::Motion& picture, const std::vector<Path>& sliders) {
+// The boxes of the robot's file that stand in the world, slide on it or float in it; other bodies are drawn by their bones.
+std::vector<dynamics::Visual> boxes_of(const Task& task) {
+  const auto& model = task.scene.model;
+  std::vector<dynamics::Visual> boxes;
+  if (task.urdf.empty()) return boxes;
+  std::stop_source without_meshes;
+  without_meshes.request_stop();
+  for (dynamics::Visual& shape :
+       dynamics::read_visuals(task.urdf, model, {.stop = without_meshes.get_token()}).shapes) {
+    const bool is_free =
+        shape.body < 0 || slides_on_world(model, shape.body) || floats_in_world(model, shape.body);
+    if (shape.shape == dynamics::Shape::kBox && is_free) boxes.push_back(std::move(shape));
+  }
+  return boxes;
+}
+
+// The outline of a box in the picture: the convex hull of its corners, by their turns from left to right and back.
+io::Polyline outline(View view, const dynamics::Visual& box, const dynamics::Data<double>& data) {
+  std::vector<Eigen::Vector2d> corners;
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d corner =
+        0.5 * box.scale.cwiseProduct(Eigen::Vector3d(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1));
+    Eigen::Vector3d p = box.X_BV.R * corner + box.X_BV.p;
+    if (box.body >= 0) p = data.X_WB[std::size_t(box.body)].R * p + data.X_WB[std::size_t(box.body)].p;
+    corners.push_back(vector_of(project(view, p)));
+  }
+  std::sort(corners.begin(), corners.end(),
+            [](const auto& p, const auto& q) { return std::pair(p.x(), p.y()) < std::pair(q.x(), q.y()); });
+  std::vector<Eigen::Vector2d> hull;
+  const auto turns_left = [&](const Eigen::Vector2d& p) {
+    const Eigen::Vector2d a = hull.back() - hull[hull.size() - 2], b = p - hull.back();
+    return a.x() * b.y() - a.y() * b.x() > 1e-12 * a.norm() * b.norm();
+  };
+  const auto walk = [&](auto begin, auto end) {
+    const std::size_t first = hull.size();
+    for (auto p = begin; p != end; ++p) {
+      while (hull.size() > first + 1 && !turns_left(*p)) hull.pop_back();
+      hull.push_back(*p);
+    }
+    hull.pop_back();  // the first of the way back
+  };
+  walk(corners.begin(), corners.end());
+  walk(corners.rbegin(), corners.rend());
+  io::Polyline line;
+  for (const Eigen::Vector2d& p : hull) line.push_back({p.x(), p.y()});
+  line.push_back(line.front());
+  return line;
+}
+
+// Sliders on the world without a box in their file are drawn as boxes on rails: paths of their origins, in the picture.
+struct Slider {
+  std::vector<Eigen::Vector2d> path;
+  bool has_box;
+};
+
+double extent(const io::Motion& picture, const std::vector<Slider>& sliders) {
   Eigen::AlignedBox2d box;
   for (const io::MotionFrame& frame : picture.frames) {
     for (const auto* parts : {&frame.parts, &frame.behind})
       for (const io::Polyline& part : *parts)
         for (const auto& p : part) box.extend(vector_of(p));
   }
-  for (const Path& path : sliders) {
-    for (const Eigen::Vector2d& p : path) box.extend(p);
+  for (const Slider& slider : sliders) {
+    for (const Eigen::Vector2d& p : slider.path) box.extend(p);
   }
   return box.isEmpty() ? 0 : box.sizes().maxCoeff();
 }
 
-void add_sliders(io::Motion& picture, const std::vector<Path>& sliders) {
+void add_sliders(io::Motion& picture, const std::vector<Slider>& sliders) {
   if (sliders.empty()) return;
   double size = extent(picture, sliders);
   if (size < kShortBone) size = 1;  // it stands still: boxes as of a motion of a metre
   const double a = 0.05 * size, b = 0.03 * size;
-  for (const Path& path : sliders) {
-    for (std::size_t k = 0; k < path.size(); ++k) {
+  for (const auto& [path, has_box] : sliders) {
+    for (std::size_t k = 0; k < path.size() && !has_box; ++k) {
       const double x = path[k].x(), y = path[k].y();
       picture.frames[k].parts.push_back(
           {{x - a, y - b}, {x + a, y - b}, {x + a, y + b}, {x - a, y + b}, {x - a, y - b}});
@@ -183,7 +236,11 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
   for (int i = 0; i < model.njoints(); ++i) {
     if (slides_on_world(model, i)) sliding.push_back(i);
   }
-  std::vector<Path> sliders(sliding.size());
+  const std::vector<dynamics::Visual> boxes = boxes_of(task);
+  std::vector<Slider> sliders;
+  for (int i : sliding)
+    sliders.push_back(
+        {{}, std::any_of(boxes.begin(), boxes.end(), [&](const auto& box) { return box.body == i; })});
   Eigen::AlignedBox3d over;  // of all bones
   for (int p = 0; p < motion.points(); ++p) {
     dynamics::forward_kinematics(model, data, Eigen::VectorXd(motion.x.col(p).head(model.nq)));
@@ -191,7 +248,13 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
     for (const auto& [from, to] : parts) over.extend(from), over.extend(to);
     picture.frames.push_back(frame_of(task.view, task.around.obstacles, motion.t[p], parts));
     for (std::size_t k = 0; k < sliding.size(); ++k) {
-      sliders[k].push_back(vector_of(project(task.view, data.X_WB[std::size_t(sliding[k])].p)));
+      sliders[k].path.push_back(vector_of(project(task.view, data.X_WB[std::size_t(sliding[k])].p)));
+    }
+    for (const dynamics::Visual& box : boxes) {
+      if (box.body >= 0)
+        picture.frames.back().parts.push_back(outline(task.view, box, data));
+      else if (p == 0)
+        picture.scenery.push_back(outline(task.view, box, data));
     }
     for (io::Trace& trace : picture.traces) {
       const int frame = model.frame_index(trace.name);
@@ -200,7 +263,7 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
   }
   constexpr std::size_t kManyBones = 12;  // of which few instants are enough to see the motion
   const io::MotionFrame& first = picture.frames.front();
-  if (first.parts.size() + first.behind.size() > kManyBones) picture.most_frames = 5;
+  if (first.parts.size() + first.behind.size() > kManyBones + boxes.size()) picture.most_frames = 5;
   add_sliders(picture, sliders);
   add_floors(task, over, picture);
   for (const Capsule& thing : task.around.obstacles)
