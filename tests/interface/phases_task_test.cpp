@@ -205,9 +205,9 @@ TEST_F(PhasesTask, FeetClearTheEdgeOfAStep) {
     }
     return least;
   };
-  EXPECT_LT(room(0.04), -3e-3);  // without the key
-  replace("contacts \"\"", "contacts \"\"\n    clearance 0.04");
-  EXPECT_GT(room(0.04), -1.5e-3);
+  EXPECT_LT(room(0.02), -3e-3);  // without the key
+  replace("contacts \"\"", "contacts \"\"\n    clearance 0.02");
+  EXPECT_GT(room(0.02), -1.5e-3);
 }
 
 // Of a foot that lands where it stood, at half of the time.
