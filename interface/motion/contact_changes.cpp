@@ -27,6 +27,25 @@ void check_place(const HeldContact& contact) {
                       "\": it has no place; expected one, and of a foot its axes");
 }
 
+// Of the point, or of a foot's corners, in the contact's frame.
+std::vector<Eigen::Vector3d> points_of(const HeldContact& contact) {
+  if (is_foot(contact)) return contact.corners;
+  return {Eigen::Vector3d::Zero()};
+}
+
+// Where they are in the world while the contact is at its place.
+std::vector<Eigen::Vector3d> placed_points(const HeldContact& contact) {
+  std::vector<Eigen::Vector3d> points = points_of(contact);
+  for (Eigen::Vector3d& point : points)
+    point = *contact.place + (is_foot(contact) ? Eigen::Vector3d(*contact.axes * point) : point);
+  return points;
+}
+
+Term at_least(const std::string& name, StageFunction heights, Eigen::Index n, double least) {
+  return path_inequality(name, std::move(heights), Eigen::VectorXd::Constant(n, least),
+                         Eigen::VectorXd::Constant(n, std::numeric_limits<double>::infinity()));
+}
+
 }  // namespace
 
 std::vector<Term> landing(const RobotScene& scene, const HeldContact& contact, Landing how) {
@@ -45,11 +64,9 @@ std::vector<Term> landing(const RobotScene& scene, const HeldContact& contact, L
 
 Term stays_above(const RobotScene& scene, const HeldContact& contact) {
   check_place(contact);
-  std::vector<Eigen::Vector3d> points = contact.corners;
-  if (points.empty()) points.push_back(Eigen::Vector3d::Zero());
+  const std::vector<Eigen::Vector3d> points = points_of(contact);
   double floor = HUGE_VAL;
-  for (const Eigen::Vector3d& point : points)
-    floor = std::min(floor, contact.place->z() + (is_foot(contact) ? (*contact.axes * point).z() : 0));
+  for (const Eigen::Vector3d& point : placed_points(contact)) floor = std::min(floor, point.z());
   const auto heights = [points, floor, frame = moving_frame(scene.model, contact.frame)](
                            const auto& model, auto& data, const auto& s) {
     using T = typename std::decay_t<decltype(s.x)>::Scalar;
@@ -61,10 +78,41 @@ Term stays_above(const RobotScene& scene, const HeldContact& contact) {
     }
     return z;
   };
-  const auto n = Eigen::Index(points.size());
-  return path_inequality(contact.frame + " above the floor", of_kinematics(scene, heights),
-                         Eigen::VectorXd::Constant(n, -kSink),
-                         Eigen::VectorXd::Constant(n, std::numeric_limits<double>::infinity()));
+  return at_least(contact.frame + " above the floor", of_kinematics(scene, heights),
+                  Eigen::Index(points.size()), -kSink);
+}
+
+Term swing_clearance(const RobotScene& scene, const HeldContact& contact, const Eigen::Vector3d& next,
+                     double clearance) {
+  constexpr double kNoWay = 1e-3;  // m
+  check_place(contact);
+  if (!(clearance > 0 && std::isfinite(clearance)) || !next.allFinite())
+    throw ArgumentError("swing_clearance of \"" + contact.frame +
+                        "\": expected finite metres and a clearance above 0, got " +
+                        std::to_string(clearance) + " m");
+  const Eigen::Vector3d way = next - *contact.place;
+  const double ground = way.head<2>().norm();
+  const bool has_way = ground >= kNoWay;
+  const Eigen::Vector2d along =
+      has_way ? Eigen::Vector2d(way.head<2>() / (ground * ground)) : Eigen::Vector2d::Zero();
+  const auto heights = [=, points = points_of(contact), from = placed_points(contact),
+                        frame = moving_frame(scene.model, contact.frame)](const auto& model, auto& data,
+                                                                          const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    const auto at = dynamics::frame_placement(model, data, frame);
+    Eigen::Matrix<T, Eigen::Dynamic, 1> above(Eigen::Index(points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const dynamics::Vector3<T> p = at.p + dynamics::Vector3<T>(at.R * points[i].template cast<T>());
+      const T share = (p[0] - T(from[i][0])) * T(along[0]) + (p[1] - T(from[i][1])) * T(along[1]);
+      above[Eigen::Index(i)] =
+          p[2] - T(from[i][2]) - share * T(way[2]) - T(4 * clearance) * share * (T(1) - share);
+    }
+    return above;
+  };
+  const std::string name = contact.frame + " clears its way";
+  const auto n = Eigen::Index(points_of(contact).size());
+  if (has_way) return at_least(name, of_kinematics(scene, heights), n, -kSink);
+  return at_fraction(0.5, at_least(name, of_kinematics(scene, heights), n, clearance));
 }
 
 StageFunction impact(const RobotScene& scene, const std::vector<HeldContact>& contacts) {

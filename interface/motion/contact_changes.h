@@ -29,6 +29,14 @@ std::vector<Term> landing(const RobotScene& scene, const HeldContact& contact, L
 // may be at this height at both ends.
 Term stays_above(const RobotScene& scene, const HeldContact& contact);
 
+// A term of a swing: the contact's point or corners keep a height above the straight line from its place to `next`.  At the
+// share s of the way over the ground the height is 4 s (1 - s) `clearance` (m): zero at both ends, largest in the middle.
+// A contact that lands less than a millimetre from its place is that high at half of the duration.
+//
+//   flight.add(swing_clearance(scene, foot, {0.3, 0.1, 0.1}, 0.05));              // up a step, over its edge
+Term swing_clearance(const RobotScene& scene, const HeldContact& contact, const Eigen::Vector3d& next,
+                     double clearance);
+
 // The state (q, v, ...) after all these contacts close at once, without restitution (impulse_dynamics,
 // constraints.h).
 StageFunction impact(const RobotScene& scene, const std::vector<HeldContact>& contacts);

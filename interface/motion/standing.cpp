@@ -2,11 +2,13 @@
 #include <dyntape/interface/motion/standing.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include <dyntape/autodiff/factorisations.h>
 #include <dyntape/dynamics/algorithms/centroidal.h>
 #include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/robot_terms.h>
 
 namespace dyntape {
@@ -164,6 +166,119 @@ Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand&
   }
   pose.off = here.r.cwiseAbs().maxCoeff();
   return pose;
+}
+
+namespace {
+
+// F(u) = F0 + G u, which is zero where the controls hold the robot at rest in the state x.
+struct Holding {
+  // |(x, y)| <= friction z of three controls.
+  struct Cone {
+    Eigen::Index first;
+    double friction;
+    Eigen::Vector3d nearest(const Eigen::Vector3d& f) const {
+      const double across = f.head<2>().norm();
+      if (across <= friction * f.z()) return f;
+      if (friction * across <= -f.z()) return Eigen::Vector3d::Zero();
+      const double z = (friction * across + f.z()) / (1 + friction * friction);
+      return {f.x() * friction * z / across, f.y() * friction * z / across, z};
+    }
+  };
+
+  Eigen::VectorXd F0, least;  // least: the controls of least norm
+  Eigen::MatrixXd G;
+  std::vector<Cone> cones;
+
+  Holding(const Problem& p, const Eigen::VectorXd& x, const std::vector<HeldContact>& contacts,
+          Eigen::Index first) {
+    for (const HeldContact& contact : contacts) {
+      for (std::size_t point = 0; point < force_points(contact).size(); ++point, first += 3)
+        cones.push_back({first, contact.friction});
+    }
+    const Eigen::VectorXd none = Eigen::VectorXd::Zero(p.n_u());
+    F0 = rows(p, x, none);
+    G.resize(F0.size(), p.n_u());
+    for (Eigen::Index k = 0; k < G.cols(); ++k) G.col(k) = rows(p, x, Eigen::VectorXd::Unit(p.n_u(), k)) - F0;
+    for (Eigen::Index i = 0; i < G.rows();
+         ++i) {  // in units of the controls, as rows may be divided by limits
+      const double size = G.row(i).cwiseAbs().maxCoeff();
+      if (size > 0) G.row(i) /= size, F0[i] /= size;
+    }
+    if (F0.allFinite() && G.allFinite()) least = least_norm_solution(G, -F0);
+  }
+
+  // What is left where the controls are within bounds and forces within their cones, relative to F0; descent entry by entry, and
+  // cone by cone.
+  double left(const Eigen::VectorXd& lower, const Eigen::VectorXd& upper, Eigen::VectorXd& u) const {
+    constexpr int kSweeps = 10000;
+    constexpr double kNothing = 1e-7;
+    u = least.cwiseMax(lower).cwiseMin(upper);
+    for (const Cone& cone : cones) u.segment<3>(cone.first) = cone.nearest(u.segment<3>(cone.first));
+    Eigen::VectorXd r = F0 + G * u;
+    for (int sweep = 0; sweep < kSweeps && r.norm() > kNothing * F0.norm(); ++sweep) {
+      for (Eigen::Index k = 0; k < u.size(); ++k) {
+        const double square = G.col(k).squaredNorm();
+        if (square == 0 || is_in_cone(k)) continue;
+        const double next = std::clamp(u[k] - G.col(k).dot(r) / square, lower[k], upper[k]);
+        r += G.col(k) * (next - u[k]);
+        u[k] = next;
+      }
+      for (const Cone& cone : cones) {
+        const auto columns = G.middleCols(cone.first, 3);
+        const double steepest = (columns.transpose() * columns).trace();
+        if (steepest == 0) continue;
+        const Eigen::Vector3d before = u.segment<3>(cone.first);
+        const Eigen::Vector3d next = cone.nearest(before - columns.transpose() * r / steepest);
+        r += columns * (next - before);
+        u.segment<3>(cone.first) = next;
+      }
+    }
+    return r.norm() / std::max(F0.norm(), 1e-300);
+  }
+
+ private:
+  bool is_in_cone(Eigen::Index k) const {
+    return !cones.empty() && k >= cones.front().first && k < cones.back().first + 3;
+  }
+  static Eigen::VectorXd rows(const Problem& p, const Eigen::VectorXd& x, const Eigen::VectorXd& u) {
+    if (!p.residual.empty()) return p.residual(p.stage(0, x, Eigen::VectorXd::Zero(p.n_a()), u));
+    return p.rate(p.stage(0, x, {}, u)).tail(x.size() - p.positions);
+  }
+};
+
+}  // namespace
+
+std::string weak_motors(const RobotScene& scene, const RobotProblemOptions& options, const Problem& p,
+                        const Eigen::VectorXd& x) {
+  constexpr double kHeld = 2e-3, kEnough = 1.02, kMost = 1e3;
+  const auto& model = scene.model;
+  const std::vector<std::string> driven = driven_names(scene);
+  const auto motors = Eigen::Index(driven.size());
+  if (!x.allFinite() || !x.tail(model.nv).isZero(0) || motors == 0 || p.n_u() < motors) return "";
+  const Holding holding(p, x, options.contacts, motors + Eigen::Index(options.thrusters.size()));
+  if (!holding.F0.allFinite() || !holding.G.allFinite() || holding.F0.isZero(0)) return "";
+  Eigen::VectorXd u;
+  const auto left_with = [&](double factor) {
+    Eigen::VectorXd lower = p.u.lower, upper = p.u.upper;
+    lower.head(motors) *= factor, upper.head(motors) *= factor;
+    return holding.left(lower, upper, u);
+  };
+  if (left_with(kEnough) < kHeld || !(left_with(kMost) < kHeld)) return "";  // the latter: it falls anyway
+  double weak = 1, strong = kMost;
+  for (int k = 0; k < 15; ++k) {
+    const double factor = std::sqrt(weak * strong);
+    (left_with(factor) < kHeld ? strong : weak) = factor;
+  }
+  left_with(strong);
+  Eigen::Index worst = 0;
+  (u.head(motors).array().abs() / p.u.upper.head(motors).array().abs()).maxCoeff(&worst);
+  const auto& joint = *std::find_if(model.joints.begin(), model.joints.end(),
+                                    [&](const auto& of) { return of.name == driven[std::size_t(worst)]; });
+  const double gain = options.unit == ControlUnit::kFraction ? joint.limits.effort : 1;
+  const char* unit = joint.type == dynamics::JointType::kPrismatic ? " N" : " N m";
+  return "at the start the motors cannot hold the robot at rest: '" + driven[std::size_t(worst)] +
+         "' would have to give " + io::significant(std::abs(u[worst]) * gain, 3) + unit +
+         " at least, and its limit is " + io::significant(p.u.upper[worst] * gain, 3) + unit;
 }
 
 }  // namespace dyntape

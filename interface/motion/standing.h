@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Inverse kinematics of a floating robot: finds the configuration with a given centre of mass and given feet.  Use
-// it to add legs to a centroidal motion (centroidal_problem.h).
+// Robots that stand: inverse kinematics of a floating robot with a given centre of mass and given feet, to add legs to a
+// centroidal motion (centroidal_problem.h), and whether motors can hold a robot.
 //
 //   Posture pose = standing(scene, q, {com, {{"FL_FOOT", place}, {"FR_FOOT", place}, ...}});
 //   if (pose.off > 1e-6) ...                 // out of reach: q is the nearest pose
@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include <dyntape/interface/robot/robot_scene.h>
+#include <dyntape/interface/motion/robot_problem.h>
 
 namespace dyntape {
 
@@ -38,5 +38,10 @@ Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand&
 // robot.  The result is the nearest one found; its `off` does not prove that no other is nearer.
 Posture reaching(const RobotScene& scene, const Eigen::VectorXd& q,
                  const std::vector<std::pair<std::string, Eigen::Vector3d>>& feet);
+
+// A sentence, in N m or N, on motors that cannot hold the robot at rest in the state x of its problem, with the forces of its
+// contacts within their cones; "" if they can, if x is not at rest, or if no motor would help.  Takes milliseconds.
+std::string weak_motors(const RobotScene& scene, const RobotProblemOptions& options, const Problem& problem,
+                        const Eigen::VectorXd& x);
 
 }  // namespace dyntape

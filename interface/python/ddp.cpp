@@ -50,12 +50,17 @@ std::shared_ptr<DdpSolution> solve_ddp(const PythonProblem& p, int intervals, co
                                        double tolerance, int max_iterations, bool verify,
                                        const std::string& sensitivities, nb::handle progress) {
   DdpOptions options = ddp_options(intervals, hessian, tolerance, max_iterations, verify, sensitivities);
-  return watched(progress, [&](const Watch& watch) {
-    options.stop = options.evaluation.stop = watch.stop;
-    if (watch.tell)
-      options.watch = [&](const DdpIteration& now) { watch.tell("cost " + io::with_digits(now.cost, 6)); };
-    return std::make_shared<DdpSolution>(solve_with_ddp(p.problem, options));
-  });
+  warn_of_weak_motors(p);
+  try {
+    return watched(progress, [&](const Watch& watch) {
+      options.stop = options.evaluation.stop = watch.stop;
+      if (watch.tell)
+        options.watch = [&](const DdpIteration& now) { watch.tell("cost " + io::with_digits(now.cost, 6)); };
+      return std::make_shared<DdpSolution>(solve_with_ddp(p.problem, options));
+    });
+  } catch (const NumericalError& error) {
+    throw_with_line(p, error);
+  }
 }
 
 // --- One solution -----------------------------------------------------------------------------------------

@@ -114,7 +114,7 @@ nb::object value(const RecordedFunction& f, nb::handle x, nb::handle p) {
   const Rows rows = rows_of(f, x, p, nb::none(), false);
   const std::vector<Block> blocks = {{"y", f.y_shape}};
   const Result result(rows, blocks);
-  evaluate(f, *f.kernels(Order::kValue), Order::kValue, rows,
+  evaluate(f, *kernels_of(f, Order::kValue), Order::kValue, rows,
            [&](std::size_t first, std::size_t, const ChunkResults& results) {
              std::copy(results.y.begin(), results.y.end(), result.data() + first * f.n_y());
            });
@@ -152,7 +152,7 @@ void scatter(const std::vector<double>& values, const Pattern& pattern, std::siz
 
 // What a derivative is: dense, or its non-zeros.
 nb::object derivative(const RecordedFunction& f, Order order, const Rows& rows, bool dense) {
-  const std::shared_ptr<Kernels> kernels = f.kernels(order);
+  const std::shared_ptr<Kernels> kernels = kernels_of(f, order);
   const bool second = order == Order::kSecond;
   const Pattern& pattern =
       second ? kernels->function.hessian_pattern() : kernels->function.jacobian_pattern();
@@ -174,7 +174,7 @@ nb::object derivative(const RecordedFunction& f, Order order, const Rows& rows, 
 }
 
 nb::tuple pattern_of(const RecordedFunction& f, Order order) {
-  const std::shared_ptr<Kernels> kernels = f.kernels(order);
+  const std::shared_ptr<Kernels> kernels = kernels_of(f, order);
   const Pattern& pattern =
       order == Order::kSecond ? kernels->function.hessian_pattern() : kernels->function.jacobian_pattern();
   return nb::make_tuple(new_integers({pattern.row.begin(), pattern.row.end()}),
@@ -233,8 +233,8 @@ std::shared_ptr<RecordedFunction> compile(std::shared_ptr<RecordedFunction> f, i
   options.lanes = lanes ? Lanes::kNative : Lanes::kNone;
   options.flags = flags;
   if (single && !device) throw ArgumentError("compile: single: expected a device, got none");
-  watched(nb::none(), [&](const Watch& watch) {
-    options.stop = watch.stop;
+  left_alone(nb::none(), [=](const std::stop_token& stop) mutable {
+    options.stop = stop;
     if (device)
       f->compile_for({.device = *device, .single = single}, options);
     else
@@ -342,24 +342,27 @@ void bind_function_facts(nb::class_<RecordedFunction>& f) {
 RecordedFunction::RecordedFunction(Function recorded, Shape shape)
     : function(std::move(recorded)), y_shape(std::move(shape)) {}
 
+std::shared_ptr<Kernels> RecordedFunction::made_kernels(Order order) const {
+  const std::scoped_lock lock(mutex_);
+  if (compiled_ && compiled_->function.order() >= order) return compiled_;
+  return interpreted_[static_cast<int>(order)];
+}
+
 std::shared_ptr<Kernels> RecordedFunction::kernels(Order order) const {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (compiled_ && compiled_->function.order() >= order) return compiled_;
-    if (const auto& made = interpreted_[static_cast<int>(order)]) return made;
-  }
+  if (auto made = made_kernels(order)) return made;
   CodegenOptions options;
   options.order = order;
   options.route = Route::kInterpreter;
-  std::shared_ptr<Kernels> made;
-  {
-    const nb::gil_scoped_release unlocked;
-    made = std::make_shared<Kernels>(CompiledFunction::make(function, options));
-  }
+  auto made = std::make_shared<Kernels>(CompiledFunction::make(function, options));
   const std::scoped_lock lock(mutex_);
   auto& place = interpreted_[static_cast<int>(order)];
   if (!place) place = std::move(made);
   return place;
+}
+
+std::shared_ptr<Kernels> kernels_of(const RecordedFunction& f, Order order) {
+  if (auto made = f.made_kernels(order)) return made;
+  return left_alone(nb::find(f), [&f, order](const std::stop_token&) { return f.kernels(order); });
 }
 
 void RecordedFunction::compile(const CodegenOptions& options) {

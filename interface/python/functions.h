@@ -40,6 +40,7 @@ class RecordedFunction {
 
   // What serves up to this order: compiled if it is, else the interpreter, made at the first call.
   std::shared_ptr<Kernels> kernels(Order order) const;
+  std::shared_ptr<Kernels> made_kernels(Order order) const;  // the same; null if they are not made
   // From now on; evaluations that run go on with what they have.
   void compile(const CodegenOptions& options);
   void compile_for(const DeviceRunOptions& how, CodegenOptions options);
@@ -54,6 +55,9 @@ class RecordedFunction {
   std::shared_ptr<Kernels> compiled_;
   mutable std::shared_ptr<const Callee> callee_;
 };
+
+// The kernels of a function that Python has, called with its lock.  Ctrl-C ends the wait for a derivation.
+std::shared_ptr<Kernels> kernels_of(const RecordedFunction& f, Order order);
 
 // Results of a chunk, as the kernels write them.
 struct ChunkResults {

@@ -10,6 +10,7 @@
 
 #include "module.h"
 #include "robot.h"
+#include "watch.h"
 
 namespace dyntape::python {
 namespace {
@@ -39,12 +40,13 @@ std::shared_ptr<PythonIdentification> identified(const Robot& robot, nb::handle 
   options.columns.armature = armature;
   options.columns.viscous = options.columns.coulomb = friction;
   options.mimics = robot.urdf.mimics;
-  const nb::gil_scoped_release unlocked;
-  auto result = std::make_shared<PythonIdentification>();
-  result->base = base_parameters(robot.model(), options);
-  result->found = identify(robot.model(), result->base, samples);
-  result->nominal = result->base.regrouping * parameter_values(robot.model(), options.columns);
-  return result;
+  return left_alone(nb::none(), [model = robot.model(), options, samples](const std::stop_token&) {
+    auto result = std::make_shared<PythonIdentification>();
+    result->base = base_parameters(model, options);
+    result->found = identify(model, result->base, samples);
+    result->nominal = result->base.regrouping * parameter_values(model, options.columns);
+    return result;
+  });
 }
 
 nb::object array_of_vector(const Eigen::VectorXd& values) { return copy_of(values.data(), {values.size()}); }

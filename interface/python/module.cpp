@@ -12,6 +12,7 @@
 
 #include "arrays.h"
 #include "program.h"
+#include "watch.h"
 
 namespace dyntape::python {
 namespace {
@@ -26,7 +27,32 @@ int command_line(std::vector<std::string> arguments) {
   return status;
 }
 
+struct LeftAlone {
+  nb::object owner;
+  std::function<bool(std::chrono::milliseconds)> is_done;
+};
+std::vector<LeftAlone>& all_left_alone() {
+  static std::vector<LeftAlone> all;
+  return all;
+}
+
+// While the interpreter still can release what the work uses.
+void wait_for_all_left_alone() {
+  for (const LeftAlone& work : all_left_alone()) {
+    const nb::gil_scoped_release unlocked;
+    while (!work.is_done(std::chrono::hours(1))) {
+    }
+  }
+  all_left_alone().clear();
+}
+
 }  // namespace
+
+void keep_until_done(nb::object owner, std::function<bool(std::chrono::milliseconds)> is_done) {
+  std::erase_if(all_left_alone(), [](const LeftAlone& work) { return work.is_done({}); });
+  all_left_alone().push_back({std::move(owner), std::move(is_done)});
+}
+
 }  // namespace dyntape::python
 
 NB_MODULE(_dyntape, module) {
@@ -48,6 +74,7 @@ NB_MODULE(_dyntape, module) {
       "command_line", command_line, nb::arg("arguments"),
       "What the command `dyntape` does with these arguments, its name first; returns its exit status.\n\n"
       "For a process of its own: it takes signals and the standard streams.");
+  nb::module_::import_("atexit").attr("register")(nb::cpp_function(wait_for_all_left_alone));
   module.attr("__version__") = DYNTAPE_VERSION;
   rewrite_argument_errors(module);
 }

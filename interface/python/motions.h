@@ -121,11 +121,18 @@ void def_no_pickle(nb::class_<S>& type, const std::string& instead) {
       nb::arg("protocol"));
 }
 
+// Without the lock; Ctrl-C ends the wait for it.
+template <class S>
+std::string made_page(const S& s, std::string (*page)(const S&)) {
+  return left_alone(nb::find(s), [&s, page](const std::stop_token&) { return page(s); });
+}
+
 template <class S>
 void def_page(nb::class_<S>& type, std::string (*page)(const S&)) {
-  type.def("page", page, "The motion in 3D, an HTML page.")
+  type.def(
+          "page", [page](const S& s) { return made_page(s, page); }, "The motion in 3D, an HTML page.")
       .def(
-          "_repr_html_", [page](const S& s) { return in_notebook(page(s)); },
+          "_repr_html_", [page](const S& s) { return in_notebook(made_page(s, page)); },
           "The page, within that of a notebook.");
 }
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/visuals.h>
 #include <dyntape/interface/control/solve/solve.h>
 #include <dyntape/interface/motion/robot_problem.h>
@@ -69,6 +70,12 @@ StageFunction record_stage_function(PythonProblem& problem, const std::string& n
 // Runs the functions again along the first guess: "cost.py:3: sqrt of -1 is no number, in \"effort\"" of the first operation
 // whose value or slope is not finite, or "".
 std::string first_not_finite_line(const PythonProblem& problem);
+
+// The same error with the user's line in place of a node of the recording, where there is one.
+[[noreturn]] void throw_with_line(const PythonProblem& problem, const NumericalError& error);
+
+// Warns, before a solve, of motors that cannot hold the robot at rest at its start.
+void warn_of_weak_motors(const PythonProblem& problem);
 
 // What a Python argument stands for: a ready function, or a callable of the stage.
 StageFunction stage_function_of(PythonProblem& problem, const std::string& name, nb::handle given);

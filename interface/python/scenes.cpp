@@ -73,7 +73,6 @@ nb::dict flows_of(const SimulatedMotion& motion, std::vector<double> EnergyFlow:
 }
 
 std::string page(const PythonSimulation& s) {
-  const nb::gil_scoped_release unlocked;
   return player_page(scene_player(s.scene->scene, s.report.motion));
 }
 

@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/motion/standing.h>
 
 #include "functions.h"
 #include "module.h"
@@ -108,6 +109,20 @@ std::string first_not_finite_line(const PythonProblem& problem) {
     }
   }
   return "";
+}
+
+void throw_with_line(const PythonProblem& p, const NumericalError& error) {
+  const std::string sentence = error.what(), line = first_not_finite_line(p);
+  if (line.empty()) throw error;
+  const std::size_t node = sentence.find("; node "), advice = sentence.find("; write ");
+  throw NumericalError(sentence.substr(0, node) + "; " + line +
+                       (advice == sentence.npos ? "" : sentence.substr(advice)));
+}
+
+void warn_of_weak_motors(const PythonProblem& p) {
+  if (!p.is_robot || p.tied) return;
+  const std::string weak = weak_motors(p.scene, p.options, p.problem, p.problem.start);
+  if (!weak.empty() && PyErr_WarnEx(PyExc_UserWarning, weak.c_str(), 1) < 0) nb::raise_python_error();
 }
 
 StageFunction stage_function_of(PythonProblem& problem, const std::string& name, nb::handle given) {

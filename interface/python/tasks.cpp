@@ -48,10 +48,7 @@ std::shared_ptr<TaskSolution> solve_file(nb::handle task, nb::handle set, nb::ha
   return solved(given_or_read<PythonTask>(read_task, task, set, "solve"), progress);
 }
 
-std::string page(const TaskSolution& s) {
-  const nb::gil_scoped_release unlocked;
-  return player_page(motion_player(s.task->task, s.motion()));
-}
+std::string page(const TaskSolution& s) { return player_page(motion_player(s.task->task, s.motion())); }
 
 void bind_arrays(nb::class_<TaskSolution>& type) {
   using S = TaskSolution;

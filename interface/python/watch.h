@@ -10,6 +10,7 @@
 // True for a line on stderr (dyntape/_progress.py), or None.
 //
 //   interruptible(is_long, [&](const std::stop_token& stop) { ... });    // a batch: short ones run in the calling thread
+//   left_alone(owner, [copies](const std::stop_token& stop) { ... });     // work that cannot end within a tenth of a second
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -115,6 +116,33 @@ void interruptible(bool is_long, const Work& work) {
   if (is_long) return watched(nb::none(), [&](const Watch& watch) { work(watch.stop); });
   const nb::gil_scoped_release unlocked;
   work(std::stop_token());
+}
+
+// Keeps work that was left alone, with what it uses, until it has ended; the interpreter waits for it when it ends.
+void keep_until_done(nb::object owner, std::function<bool(std::chrono::milliseconds)> is_done);  // module.cpp
+
+// Runs work that does not look at `stop` often enough.  Ctrl-C asks it to stop and raises KeyboardInterrupt at once; the work
+// goes on by itself, and what it finds is dropped.  The work owns what it uses, or `owner` does; it runs without the lock.
+template <class Work>
+auto left_alone(nb::object owner, Work work) {
+  std::stop_source stop;
+  auto result = std::async(std::launch::async, [work = std::move(work), token = stop.get_token()]() mutable {
+    return work(token);
+  });
+  while (true) {
+    {
+      const nb::gil_scoped_release unlocked;
+      if (result.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready) break;
+    }
+    if (PyErr_CheckSignals() == 0) continue;
+    nb::python_error raised;
+    stop.request_stop();
+    keep_until_done(std::move(owner), [left = result.share()](std::chrono::milliseconds patience) {
+      return left.wait_for(patience) == std::future_status::ready;
+    });
+    throw raised;
+  }
+  return result.get();
 }
 
 }  // namespace dyntape::python

@@ -4,6 +4,7 @@
 // gives way.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -179,6 +180,51 @@ TEST_F(PhasesTask, FeetLandBesideWhereTheyStood) {
   }
 }
 
+// Feet land on a step of two centimetres: above the line between their footholds by what `clearance` says.
+TEST_F(PhasesTask, FeetClearTheEdgeOfAStep) {
+  load("quadruped_jump");
+  replace(
+      "phase landing {",
+      "phase landing {\n    foothold_offset {\n      FL_FOOT \"0.1 0 0.02\"\n      FR_FOOT \"0.1 0 0.02\"\n"
+      "      HL_FOOT \"0.1 0 0.02\"\n      HR_FOOT \"0.1 0 0.02\"\n    }");
+  const std::size_t at = text_.rfind("position \"0 0 0.24\"");
+  text_.replace(at, 19, "position \"0.1 0 0.26\"");
+  // The least height above the curve, of all feet in the air.
+  const auto room = [&](double clearance) {
+    Task task = read();
+    task.expected.reset();
+    const Trajectory motion = solved(task).solution.motion;
+    double least = HUGE_VAL;
+    for (const char* foot : kFeet) {
+      const Vector3d from = foot_at(task.scene, motion.x.col(0).head(19), foot);
+      for (int p = 0; p < motion.points(); ++p) {
+        const Vector3d off = foot_at(task.scene, motion.x.col(p).head(19), foot) - from;
+        const double s = off.x() / 0.1;
+        if (s > 0.02 && s < 0.98) least = std::min(least, off.z() - 0.02 * s - 4 * clearance * s * (1 - s));
+      }
+    }
+    return least;
+  };
+  EXPECT_LT(room(0.02), -3e-3);  // without the key
+  replace("contacts \"\"", "contacts \"\"\n    clearance 0.02");
+  EXPECT_GT(room(0.02), -1.5e-3);
+}
+
+// Of a foot that lands where it stood, at half of the time.
+TEST_F(PhasesTask, AFootThatComesBackIsHighHalfway) {
+  load("quadruped_jump");
+  const Task low = read();
+  replace("contacts \"\"", "contacts \"\"\n    clearance 0.06");
+  const Task high = read();
+  const std::vector<Term>& terms = high.parts[1].problem.terms;
+  EXPECT_EQ(terms.size(), low.parts[1].problem.terms.size() + 4);
+  const auto found = std::find_if(terms.begin(), terms.end(),
+                                  [](const Term& term) { return term.name == "HR_FOOT clears its way"; });
+  ASSERT_NE(found, terms.end());
+  EXPECT_EQ(found->share, 0.5);
+  EXPECT_EQ(found->lower[0], 0.06);
+}
+
 TEST_F(PhasesTask, WhatIsWrongIsSaid) {
   const auto message_with = [&](const std::string& old, const std::string& with) {
     load("quadruped_jump");
@@ -198,6 +244,9 @@ TEST_F(PhasesTask, WhatIsWrongIsSaid) {
   expect(message_with("phase push_off {", "phase push_off {\n    impact on"),
          "nothing lands at the beginning");
   expect(message_with("contacts \"\"", "contacts \"\"\n    impact on"), "nothing lands at the beginning");
+  expect(message_with("phase landing {", "phase landing {\n    clearance 0.05"),
+         "no contact is in the air in phase 'landing'");
+  expect(message_with("contacts \"\"", "contacts \"\"\n    clearance -1"), "clearance");
   load("quadruped_jump");
   const Task jump = read();
   try {

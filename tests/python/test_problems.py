@@ -136,10 +136,15 @@ def test_what_is_not_finite_is_told_by_its_line():
     p.add_squares("effort", lambda s: s.u)
     p.add_cost("root", root)
     line = next(k for k, text in enumerate(open(__file__), 1) if text.rstrip().endswith("# HERE"))
-    with pytest.raises(dyntape.NumericalError) as told:
-        p.solve(10)
-    assert f'{__file__}:{line}: sqrt of -2 is no number, in "root"' in str(told.value)
-    assert "node" not in str(told.value)
+    p_ddp = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p_ddp.start = [0, 0]
+    p_ddp.add_squares("effort", lambda s: s.u)
+    p_ddp.add_cost("root", root)
+    for solve in p.solve, p_ddp.solve_ddp:
+        with pytest.raises(dyntape.NumericalError) as told:
+            solve(10)
+        assert f'{__file__}:{line}: sqrt of -2 is no number, in "root"' in str(told.value)
+        assert "node" not in str(told.value)
 
 
 def test_what_has_no_slope_is_told_by_its_line():
@@ -203,6 +208,46 @@ def test_weak_motors_are_told_before_the_solve():
     assert not [s for s in warned("quadruped_jump.info") if "motors" in s]
     told = [s for s in warned("quadruped_jump.info", **{"bounds.efforts": 0.3}) if "motors cannot hold" in s]
     assert len(told) == 1 and "N m at least, and its limit is 0.3" in told[0]
+
+
+def test_weak_motors_of_a_problem_are_told():
+    arm = dyntape.load(CONFIG / "robots" / "arm_2r.urdf")
+    p = arm.problem(1)
+    p.start_at([0.3, 0.2])
+    p.add_effort()
+    for limit, told in (1.0, 1), (1e3, 0):
+        p.bound_controls(-limit, limit)
+        for solve in p.solve, p.solve_ddp:
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                solve(4, max_iterations=1)
+            weak = [str(w.message) for w in said if "motors cannot hold the robot at rest: 'shoulder'" in str(w.message)]
+            assert len(weak) == told and all("and its limit is 1.00 N m" in sentence for sentence in weak)
+
+
+def test_a_swing_clears_its_way():
+    """The hand goes over the straight line, by what is asked for, and without it below."""
+    arm = dyntape.load(CONFIG / "robots" / "arm_2r.urdf")
+    ends = np.array([[-0.6, 1.0], [-1.2, 1.9]])
+    first, last = arm.frame_placement(ends, frame="hand").p
+    room = {}
+    for clearance in 0, 0.05:
+        p = arm.problem(1, form="inverse")
+        p.start_at(ends[0])
+        p.end_at(ends[1])
+        p.add_accelerations()
+        if clearance:
+            p.swing_clearance("hand", first, last, clearance)
+        motion = p.solve(40)
+        assert motion.success, motion.verdict
+        off = arm.frame_placement(motion.q, frame="hand").p - first
+        s = off[:, 0] / (last - first)[0]
+        room[clearance] = (off[:, 2] - s * (last - first)[2] - 4 * 0.05 * s * (1 - s)).min()
+    assert room[0] < -5e-3 and room[0.05] > -1.5e-3
+    with pytest.raises(dyntape.ArgumentError, match="a clearance above 0"):
+        p.swing_clearance("hand", first, last, -1)
+    with pytest.raises(dyntape.ArgumentError, match="hnd"):
+        p.swing_clearance("hnd", first, last, 0.1)
 
 
 def test_footholds_out_of_reach_are_told_in_metres(tmp_path):

@@ -121,11 +121,21 @@ def test_what_does_not_fit_is_told():
     for keywords, sentence in cases:
         with pytest.raises(dyntape.ArgumentError, match=sentence):
             scene.rollout(np.zeros((2, 2)), **keywords)
-    with pytest.raises(dyntape.ArgumentError, match="weights is None"):
+    with pytest.raises(dyntape.ArgumentError, match="weights and command_weights are None"):
         scene.rollout_gradient(np.zeros(2), policy=f, parameters=[1])
     branches = dyntape.record(lambda x: [x[0] if x[0] > 0 else -x[0]], 2, x0=[1.0, 0])
     with pytest.raises(dyntape.GuardViolation, match="test_rollouts.py"):
         scene.rollout([-1.0, 0], steps=3, policy=branches)
+
+
+def test_a_cost_of_commands_alone_needs_no_weights_of_states():
+    scene = dyntape.Scene(CONFIG / "scenes" / "pendulum.info")
+    f = dyntape.record(lambda x, p: [-p[0] * x[0]], 2, 1)
+    c = np.ones((5, 1))
+    keywords = dict(policy=f, parameters=[2.0], steps=5, command_weights=c)
+    alone = scene.rollout_gradient([0.3, 0.1], **keywords)
+    beside = scene.rollout_gradient([0.3, 0.1], weights=np.zeros((5, 2)), **keywords)
+    assert all(np.array_equal(a, b) for a, b in zip(alone, beside)) and alone[2][0] < 0
 
 
 # --- Ctrl-C ---
@@ -186,7 +196,20 @@ x = np.ones((400_000, 8))
 f(x[0])
 """
 
+MEASURED = """
+robot = dyntape.load(config + "/robots/ur5.urdf")
+q = np.random.default_rng(1).normal(size=(200_000, 6))
+"""
+
+LONG = """
+motion = dyntape.simulate(config + "/scenes/quadruped_explicit.info", set={"simulation.duration": 5})
+"""
+
 CALLS = {
+    "derivation": (FUNCTION.replace("3000", "30_000"), "f.hessian(x[0], weights=x[0])"),
+    "machine code": (FUNCTION.replace("3000", "30_000"), "f.compile(route='machine-code')"),
+    "identify": (MEASURED, "robot.identify(q, q, q, q)"),
+    "page": (LONG, "motion.page()"),
     "rollout": (SCENE.format(steps=400_000), "scene.rollout(x0, u)"),
     "one world": (SCENE.format(steps=4_000_000), "scene.rollout(x0[0], u)"),
     "rollout_jacobians": (SCENE.format(steps=400_000), "scene.rollout_jacobians(x0, u)"),

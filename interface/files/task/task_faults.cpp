@@ -68,6 +68,15 @@ class SpecCheck {
                                            phase.name +
                                            "': it is not held in it, held before, or from the start");
     }
+    const auto swings = [&](const HeldContact& contact) {
+      return !contains(phase.hold, contact.frame) &&
+             std::any_of(spec_.phases.begin() + std::ptrdiff_t(k), spec_.phases.end(),
+                         [&](const TaskSpec::Phase& later) { return contains(later.hold, contact.frame); });
+    };
+    const std::vector<HeldContact>& contacts = spec_.robot.contacts;
+    if (phase.clearance > 0 && std::none_of(contacts.begin(), contacts.end(), swings))
+      note(key + ".clearance", "no contact is in the air in phase '" + phase.name +
+                                   "' and lands in a later one; expected such a contact, or no 'clearance'");
     if (phase.impact && std::none_of(phase.hold.begin(), phase.hold.end(), lands))
       note(key + ".impact", "nothing lands at the beginning of phase '" + phase.name +
                                 "'; expected a contact that the phase before does not hold");

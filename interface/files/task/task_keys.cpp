@@ -209,6 +209,12 @@ TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, c
   for (const std::string& name : contacts)
     if (model && !name.empty() && lands.has(name))
       p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt, metres()));
+  p.clearance =
+      phase
+          .about(
+              "height that contacts in the air keep above the straight line to their next foothold, in its "
+              "middle [m]")
+          .get_or("clearance", 0.0, io::not_negative());
   if (model) p.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
   if (!phase.has("goal")) return p;
   if (is_last && model) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/contact_changes.h>
@@ -56,6 +55,27 @@ std::vector<VectorXd> knots(const TaskSpec& task, const VectorXd& from, const Ve
   return q;
 }
 
+// Where a contact that is in the air in phase k lands.
+std::optional<Eigen::Vector3d> next_place(const TaskSpec& task, std::size_t k, const HeldContact& contact) {
+  for (std::size_t later = k + 1; later < task.phases.size(); ++later) {
+    if (!contains(task.phases[later].hold, contact.frame)) continue;
+    Eigen::Vector3d place = *contact.place;
+    for (const auto& [frame, by] : task.phases[later].moved)
+      if (frame == contact.frame) place += by;
+    return place;
+  }
+  return {};
+}
+
+// The contact stays above the lower one of its two footholds, and clears the way between them.
+void add_swing(const TaskSpec& task, std::size_t k, HeldContact contact, Problem& problem) {
+  const std::optional<Eigen::Vector3d> next = next_place(task, k, contact);
+  if (next && task.phases[k].clearance > 0)
+    problem.add(swing_clearance(task.scene, contact, *next, task.phases[k].clearance));
+  if (next) contact.place->z() = std::min(contact.place->z(), next->z());
+  problem.add(stays_above(task.scene, contact));
+}
+
 }  // namespace
 
 void compose_phases(Task& task, const VectorXd& from, const VectorXd& to) {
@@ -78,7 +98,7 @@ void compose_phases(Task& task, const VectorXd& from, const VectorXd& to) {
     draw_to_goal(part, task, is_last);
     for (const HeldContact& contact : contacts) {
       if (!contact.place) continue;
-      if (!contains(phase.hold, contact.frame)) part.problem.add(stays_above(task.scene, contact));
+      if (!contains(phase.hold, contact.frame)) add_swing(task, k, contact, part.problem);
       const bool lands =
           k > 0 && contains(phase.hold, contact.frame) && !contains(task.phases[k - 1].hold, contact.frame);
       if (!lands) continue;
@@ -126,117 +146,11 @@ void add_unmet_footholds(const Task& task, std::vector<std::string>& sentences) 
   }
 }
 
-// F(u) = F0 + G u, which is zero where the controls hold the robot at rest in the state x.
-struct Holding {
-  // |(x, y)| <= friction z of three controls.
-  struct Cone {
-    Eigen::Index first;
-    double friction;
-    Eigen::Vector3d nearest(const Eigen::Vector3d& f) const {
-      const double across = f.head<2>().norm();
-      if (across <= friction * f.z()) return f;
-      if (friction * across <= -f.z()) return Eigen::Vector3d::Zero();
-      const double z = (friction * across + f.z()) / (1 + friction * friction);
-      return {f.x() * friction * z / across, f.y() * friction * z / across, z};
-    }
-  };
-
-  VectorXd F0, least;  // least: the controls of least norm
-  Eigen::MatrixXd G;
-  std::vector<Cone> cones;
-
-  Holding(const Problem& p, const VectorXd& x, const std::vector<HeldContact>& contacts, Eigen::Index first) {
-    for (const HeldContact& contact : contacts) {
-      for (std::size_t point = 0; point < force_points(contact).size(); ++point, first += 3)
-        cones.push_back({first, contact.friction});
-    }
-    const VectorXd none = VectorXd::Zero(p.n_u());
-    F0 = rows(p, x, none);
-    G.resize(F0.size(), p.n_u());
-    for (Eigen::Index k = 0; k < G.cols(); ++k) G.col(k) = rows(p, x, VectorXd::Unit(p.n_u(), k)) - F0;
-    for (Eigen::Index i = 0; i < G.rows();
-         ++i) {  // in units of the controls, as rows may be divided by limits
-      const double size = G.row(i).cwiseAbs().maxCoeff();
-      if (size > 0) G.row(i) /= size, F0[i] /= size;
-    }
-    if (F0.allFinite() && G.allFinite()) least = least_norm_solution(G, -F0);
-  }
-
-  // What is left where the controls are within bounds and forces within their cones, relative to F0; descent entry by entry, and
-  // cone by cone.
-  double left(const VectorXd& lower, const VectorXd& upper, VectorXd& u) const {
-    constexpr int kSweeps = 10000;
-    constexpr double kNothing = 1e-7;
-    u = least.cwiseMax(lower).cwiseMin(upper);
-    for (const Cone& cone : cones) u.segment<3>(cone.first) = cone.nearest(u.segment<3>(cone.first));
-    VectorXd r = F0 + G * u;
-    for (int sweep = 0; sweep < kSweeps && r.norm() > kNothing * F0.norm(); ++sweep) {
-      for (Eigen::Index k = 0; k < u.size(); ++k) {
-        const double square = G.col(k).squaredNorm();
-        if (square == 0 || is_in_cone(k)) continue;
-        const double next = std::clamp(u[k] - G.col(k).dot(r) / square, lower[k], upper[k]);
-        r += G.col(k) * (next - u[k]);
-        u[k] = next;
-      }
-      for (const Cone& cone : cones) {
-        const auto columns = G.middleCols(cone.first, 3);
-        const double steepest = (columns.transpose() * columns).trace();
-        if (steepest == 0) continue;
-        const Eigen::Vector3d before = u.segment<3>(cone.first);
-        const Eigen::Vector3d next = cone.nearest(before - columns.transpose() * r / steepest);
-        r += columns * (next - before);
-        u.segment<3>(cone.first) = next;
-      }
-    }
-    return r.norm() / std::max(F0.norm(), 1e-300);
-  }
-
- private:
-  bool is_in_cone(Eigen::Index k) const {
-    return !cones.empty() && k >= cones.front().first && k < cones.back().first + 3;
-  }
-  static VectorXd rows(const Problem& p, const VectorXd& x, const VectorXd& u) {
-    if (!p.residual.empty()) return p.residual(p.stage(0, x, VectorXd::Zero(p.n_a()), u));
-    return p.rate(p.stage(0, x, {}, u)).tail(x.size() - p.positions);
-  }
-};
-
-// Motors that cannot hold the robot at rest at the start, by the least factor of all limits with which they can.
+// Motors that cannot hold the robot at rest at the start.
 void add_weak_motors(const Task& task, std::vector<std::string>& sentences) {
-  constexpr double kHeld = 2e-3, kEnough = 1.02, kMost = 1e3;
   const Task& part = task.parts.empty() ? task : task.parts.front();
-  const Problem& p = part.problem;
-  const auto& model = task.scene.model;
-  const std::vector<std::string> driven = driven_names(task.scene);
-  const auto motors = Eigen::Index(driven.size());
-  const bool is_at_rest = task.start.allFinite() && task.start.tail(model.nv).isZero(0);
-  if (!is_at_rest || motors == 0 || p.n_u() < motors) return;
-  const auto pushes = Eigen::Index(part.robot.thrusters.size());
-  const Holding holding(p, task.start, part.robot.contacts, motors + pushes);
-  if (!holding.F0.allFinite() || !holding.G.allFinite() || holding.F0.isZero(0)) return;
-  VectorXd u;
-  const auto left_with = [&](double factor) {
-    VectorXd lower = p.u.lower, upper = p.u.upper;
-    lower.head(motors) *= factor, upper.head(motors) *= factor;
-    return holding.left(lower, upper, u);
-  };
-  if (left_with(kEnough) < kHeld || !(left_with(kMost) < kHeld)) return;  // the latter: it falls anyway
-  double weak = 1, strong = kMost;
-  for (int k = 0; k < 15; ++k) {
-    const double factor = std::sqrt(weak * strong);
-    (left_with(factor) < kHeld ? strong : weak) = factor;
-  }
-  left_with(strong);
-  Eigen::Index worst = 0;
-  (u.head(motors).array().abs() / p.u.upper.head(motors).array().abs()).maxCoeff(&worst);
-  const auto& joint = *std::find_if(model.joints.begin(), model.joints.end(),
-                                    [&](const auto& of) { return of.name == driven[std::size_t(worst)]; });
-  const double gain = task.robot.unit == ControlUnit::kFraction ? joint.limits.effort : 1;
-  const char* unit = joint.type == dynamics::JointType::kPrismatic ? " N" : " N m";
-  sentences.push_back("at the start the motors cannot hold the robot at rest: '" +
-                      driven[std::size_t(worst)] + "' would have to give " +
-                      io::significant(std::abs(u[worst]) * gain, 3) + unit + " at least, and its limit is " +
-                      io::significant(p.u.upper[worst] * gain, 3) + unit);
+  const std::string weak = weak_motors(task.scene, part.robot, part.problem, task.start);
+  if (!weak.empty()) sentences.push_back(weak);
 }
 
 }  // namespace

@@ -129,6 +129,7 @@ struct TaskSpec {
         moved;  // contacts with another position than before, and the offset
     Eigen::VectorXd goal;
     std::optional<FrameTarget> target;
+    double clearance = 0;  // m, of contacts in the air, above the straight line to where they land
   };
   std::vector<Phase> phases;  // empty: no phases
   // A periodic motion; `goal` is then free.

@@ -41,15 +41,6 @@ std::string words_of(const IterationRecord& now) {
          ", violation " + io::with_digits(now.primal_infeasibility, 2);
 }
 
-// The same error with the user's line in place of a node of the recording, where there is one.
-[[noreturn]] void throw_with_line(const PythonProblem& p, const NumericalError& error) {
-  const std::string sentence = error.what(), line = first_not_finite_line(p);
-  if (line.empty()) throw error;
-  const std::size_t node = sentence.find("; node "), advice = sentence.find("; write ");
-  throw NumericalError(sentence.substr(0, node) + "; " + line +
-                       (advice == sentence.npos ? "" : sentence.substr(advice)));
-}
-
 std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p, std::optional<int> intervals,
                                                const std::optional<std::string>& scheme,
                                                const std::string& hessian, const std::string& method,
@@ -70,6 +61,7 @@ std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p,
   options.solver.max_iterations = max_iterations;
   const bool is_refined = refine.value_or(!intervals) && !spans_all;
   if (!is_refined) options.refinements = 0, options.is_graded = false;
+  warn_of_weak_motors(*p);
   Problem problem = p->problem;
   Solution solution;
   try {
@@ -96,7 +88,6 @@ nb::object rows_of_state(const ProblemSolution& s, int first, int count, const c
 
 std::string page(const ProblemSolution& s) {
   if (!s.of->is_robot) throw ArgumentError("page: only for a robot's problem; there is nothing to draw");
-  const nb::gil_scoped_release unlocked;
   PlayerInput input;
   input.title = s.problem.name;
   input.model = s.of->scene.model;
@@ -206,13 +197,15 @@ void bind_motion(nb::class_<ProblemSolution>& type) {
           "plot", [](nb::handle self) { return in_pictures("plot_of", self); },
           nb::sig("def plot(self) -> Any"),
           "States and controls over time: a matplotlib Figure.\n\nRaises ImportError without matplotlib.")
-      .def("page", page, "The motion in 3D, an HTML page; of a robot's problem.")
+      .def(
+          "page", [](const S& s) { return made_page(s, page); },
+          "The motion in 3D, an HTML page; of a robot's problem.")
       .def(
           "_repr_html_",
           [](nb::handle self) {
             const S& s = nb::cast<const S&>(self);
             const std::string table = nb::cast<std::string>(in_pictures("meshes_of", self));
-            return s.of->is_robot ? in_notebook(page(s)) + table : table;
+            return s.of->is_robot ? in_notebook(made_page(s, page)) + table : table;
           },
           "The verdict and a table of the meshes; of a robot's problem the page as well.")
       .def("__repr__", summary)

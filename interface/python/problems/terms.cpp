@@ -9,6 +9,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/motion/capsules.h>
+#include <dyntape/interface/motion/contact_changes.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
 #include <dyntape/interface/motion/robot_terms.h>
 
@@ -144,6 +145,15 @@ void keep_clear_of(P& p, nb::handle body, nb::handle obstacle, double least) {
   p.problem.add(std::move(term));
 }
 
+void swing_clearance_of(P& p, const std::string& frame, nb::handle start, nb::handle end, double clearance) {
+  HeldContact foot{.frame = frame};
+  foot.place = vector_of(start, "swing_clearance: start", 3);
+  Term term = swing_clearance(scene_of(p, "swing_clearance"), foot, vector_of(end, "swing_clearance: end", 3),
+                              clearance);
+  term.function = p.of_all(term.function);
+  p.problem.add(std::move(term));
+}
+
 // Bounds of the states from the robot's limits.
 void set_bounds(P& p, const char* what, void (*set)(Problem&, const RobotScene&)) {
   const RobotScene& scene = scene_of(p, what);
@@ -227,6 +237,16 @@ void bind_terms(nb::class_<P>& problem) {
       "Keeps a body of the robot clear of an obstacle by `least`, m, all along.\n\n"
       "body: (name, frame, center, radius) or (name, frame, from, to, radius), in the frame's axes;\n"
       "obstacle: the same without a frame, in the world.");
+  problem.def(
+      "swing_clearance", swing_clearance_of, nb::arg("frame"), nb::arg("start"), nb::arg("end"),
+      nb::arg("clearance"),
+      nb::sig("def swing_clearance(self, frame: str, start: ArrayLike, end: ArrayLike, clearance: float) -> "
+              "None"),
+      "Keeps a frame's origin above the straight line from start to end, both (3,), m, in the world.\n\n"
+      "At the share s of the way over the ground the height is 4 s (1 - s) clearance, m: zero at both ends, "
+      "largest in the\n"
+      "middle.  Where start and end are one above the other, the origin is that high at half of the "
+      "duration.");
 }
 
 }  // namespace dyntape::python

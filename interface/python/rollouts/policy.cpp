@@ -59,7 +59,7 @@ Policy::Policy(std::shared_ptr<const RecordedFunction> f, nb::handle parameters,
   if (n_p() > 0 && parameters.is_none())
     throw ArgumentError(name + " has " + std::to_string(n_p()) + " parameters; expected parameters (" +
                         std::to_string(n_p()) + ",) or (worlds, " + std::to_string(n_p()) + ")");
-  values_ = f_->kernels(Order::kValue);
+  values_ = kernels_of(*f_, Order::kValue);
   if (n_p() == 0) return;
   parameters_ = numbers(parameters, call + ": parameters");
   const auto columns = static_cast<std::ptrdiff_t>(n_p());

@@ -276,18 +276,18 @@ nb::tuple rollout_jacobians(const PythonScene& self, nb::handle x0, nb::handle u
 
 // Slopes of a cost by the states and by the commands of one world, a row a step.
 struct CostRows {
-  Eigen::Map<const RowMajor> by_x, by_u;  // by_u: no rows where the cost does not depend on commands
+  Eigen::Map<const RowMajor> by_x, by_u;  // no rows where the cost does not depend on them
 };
 
 // With g_k = c_k + B_k^T lambda_k of the commands, lambda_k = w_k + A_{k+1}^T lambda_{k+1}, of a policy also + F^T g_{k+1}.
 // Slopes are by u, or by the parameters.
 void sweep_back(const WorldSlopes& s, const CostRows& cost, bool closed, Eigen::VectorXd& by_x0,
                 RowMajor& by_u, Eigen::VectorXd& by_p) {
-  const Eigen::Index steps = cost.by_x.rows(), nt = cost.by_x.cols(), n_u = s.B.cols();
+  const Eigen::Index nt = cost.by_x.cols(), n_u = s.B.cols(), steps = s.A.rows() / nt;
   Eigen::VectorXd lambda = Eigen::VectorXd::Zero(nt);
   by_p = Eigen::VectorXd::Zero(s.by_p.cols());
   for (Eigen::Index k = steps; k-- > 0;) {
-    lambda += cost.by_x.row(k).transpose();
+    if (cost.by_x.rows() > 0) lambda += cost.by_x.row(k).transpose();
     Eigen::VectorXd g = s.B.middleRows(k * nt, nt).transpose() * lambda;
     if (cost.by_u.rows() > 0) g += cost.by_u.row(k).transpose();
     by_u.row(k) = g.transpose();
@@ -307,15 +307,17 @@ Shape without_steps(Shape shape) {
 nb::tuple rollout_gradient(const PythonScene& self, nb::handle x0, nb::handle u, nb::handle weights,
                            std::optional<std::size_t> n_steps, std::shared_ptr<const RecordedFunction> policy,
                            nb::handle parameters, nb::handle command_weights) {
-  if (weights.is_none())
-    throw ArgumentError("rollout_gradient: weights is None; expected an array of numbers");
+  if (weights.is_none() && command_weights.is_none())
+    throw ArgumentError(
+        "rollout_gradient: weights and command_weights are None; expected an array of numbers in one of "
+        "them");
   SceneSteps& steps = self.steps(true);
   Plan plan = plan_of(steps, {"rollout_gradient", x0, u, n_steps, std::move(policy), parameters});
   prepare(plan);
   const int nx = steps.first.nx(), nt = steps.first.nt(), n_u = steps.first.n_u();
   const Eigen::Index n_p = parameters_of(plan);
-  const Numbers w = numbers(weights, "rollout_gradient: weights", shape_of(plan, {nt}));
-  Numbers c;
+  Numbers w, c;
+  if (!weights.is_none()) w = numbers(weights, "rollout_gradient: weights", shape_of(plan, {nt}));
   if (!command_weights.is_none())
     c = numbers(command_weights, "rollout_gradient: command_weights", shape_of(plan, {n_u}));
   double *states = nullptr, *by_x0 = nullptr, *by_command = nullptr;
@@ -329,7 +331,7 @@ nb::tuple rollout_gradient(const PythonScene& self, nb::handle x0, nb::handle u,
     WorldSlopes slopes(n, nt, n_u, n_p);
     roll_world(steps, plan, world, states + row * nx, slopes, stop);
     if (stop.stop_requested()) return;
-    const CostRows cost{{w.data + row * nt, n, nt},
+    const CostRows cost{{w.data ? w.data + row * nt : nullptr, w.data ? n : 0, nt},
                         {c.data ? c.data + row * n_u : nullptr, c.data ? n : 0, n_u}};
     Eigen::VectorXd of_x0, of_p;
     RowMajor of_u(n, n_u);
@@ -448,7 +450,8 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
       "x (worlds, steps, nx), (worlds, nt), (worlds, steps, nu).  With a policy the last is by its "
       "parameters,\n"
       "(worlds, n_p); those that all worlds share have the sum of these as their slope.\n\n"
-      "weights: (worlds, steps, nt), slopes of a cost by the states, along the tangent where q has more "
+      "weights: (worlds, steps, nt), by default zero, slopes of a cost by the states, along the tangent "
+      "where q has more "
       "entries than v.\n"
       "command_weights: (worlds, steps, nu), slopes of a cost by the commands; by default zero.\n\n"
       ">>> scene = dyntape.Scene(\"config/scenes/pendulum.info\")\n"
