@@ -27,16 +27,17 @@
   Base& operator*=(const Base& b) { return *this = *this * b; } \
   Base& operator/=(const Base& b) { return *this = *this / b; }
 // The functions that CppAD requires of a base.
-#define BASE_FUNCTIONS(Base, of, FN)                                                                         \
-  FN(acos)                                                                                                   \
-  FN(acosh)                                                                                                  \
-  FN(asin) FN(asinh) FN(atan) FN(atanh) FN(cos) FN(cosh) FN(erf) FN(erfc) FN(exp) FN(expm1) FN(fabs) FN(abs) \
-      FN(log) FN(log1p) FN(log10) FN(sin) FN(sinh) FN(sqrt) FN(tan) FN(tanh) inline Base                     \
-      pow(const Base& a, const Base& b) {                                                                    \
-    return of(a, b, [](double x, double y) { return std::pow(x, y); });                                      \
-  }                                                                                                          \
-  inline Base sign(const Base& a) {                                                                          \
-    return of(a, a, [](double x, double) { return double((x > 0) - (x < 0)); });                             \
+#define BASE_FUNCTIONS(Base, of, FN)                                                                        \
+  FN(acos)                                                                                                  \
+  FN(acosh)                                                                                                 \
+  FN(asin)                                                                                                  \
+  FN(asinh) FN(atan) FN(atanh) FN(cos) FN(cosh) FN(erf) FN(erfc) FN(exp) FN(expm1) FN(fabs) FN(abs) FN(log) \
+      FN(log1p) FN(log10) FN(sin) FN(sinh) FN(sqrt) FN(tan) FN(tanh) inline Base                            \
+      pow(const Base& a, const Base& b) {                                                                   \
+    return of(a, b, [](double x, double y) { return std::pow(x, y); });                                     \
+  }                                                                                                         \
+  inline Base sign(const Base& a) {                                                                         \
+    return of(a, a, [](double x, double) { return double((x > 0) - (x < 0)); });                            \
   }
 
 namespace units {
