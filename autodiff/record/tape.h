@@ -7,8 +7,8 @@
 //   Value y = Record::apply<Op::Mul>(a, b);
 //
 // A recorded value has value(), id(), tape() (the serial number of its recording) and is_recorded().  A value that
-// is not recorded is a constant.  dyntape::AD (record.cpp) and CppAD's AD<Base> (interface/cppad/recorded.cpp) share
-// this code.  They differ in their policies:
+// is not recorded is a constant.  dyntape::AD (record.cpp) and CppAD's AD<Base> (interface/cppad/bases/recorded.hxx)
+// share this code.  They differ in their policies:
 //
 //   Value, Base, Tape     the value, the type of its number, and the recording (derived from detail::Tape)
 //   current()             the recording whose values take the quick path, or null

@@ -182,14 +182,16 @@ class Refinement {
     const bool can_help =
         is_settled(s) || is_nearly_feasible(s) || (s.converged() && is_feasible(s.verification, s.demands));
     if (!can_help) return {};
-    // A cost that finer meshes may change by so much must be integrated as well as that: a jump of the cost between a node and the first
-    // point behind it changes no mesh's cost.
-    MeshFaults faults = faults_of(s, std::min(s.demands.cost_error, steps_.cost_change));
+    MeshFaults faults = faults_of(s, s.demands.cost_error);
     if (steps_.add_faults) steps_.add_faults(s, faults);
     if (has_fault(faults)) return faults;
     if (!std::isfinite(steps_.cost_change)) return {};
     const double most = is_settled(s) ? std::max(kSettledCost, steps_.cost_change) : steps_.cost_change;
-    if (is_compared_ && s.cost_change <= most) return {};
+    if (is_compared_ && s.cost_change <= most) {
+      // A jump of the cost between a node and the first point behind it changes no mesh's cost.
+      faults = faults_of(s, std::min(s.demands.cost_error, steps_.cost_change));
+      return has_fault(faults) ? faults : MeshFaults();
+    }
     const std::optional<EarlierMesh> before = std::exchange(coarser_, EarlierMesh{s.cost(), motions()});
     is_compared_ = true;
     if (before) {

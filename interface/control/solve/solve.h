@@ -20,6 +20,7 @@
 // If more than a quarter of the intervals is marked, halve all.
 // - If `cost_change` is finite, halve all intervals once more and compare the costs.  While the costs differ,
 // split all intervals in which the controls of the two meshes differ.
+// Once they agree, split until the quadrature is as accurate as `cost_change`.
 //
 // On a mesh that will be refined, the solver stops when the cost has settled (settling.h); the last mesh is solved
 // to the tolerance.
