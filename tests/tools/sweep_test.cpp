@@ -72,12 +72,18 @@ struct Started {
   }
 };
 
+// Without the hidden file of a chunk that was being written when the sweep was killed.
 long chunks_in(const std::string& output) {
   std::error_code none;
   long count = 0;
   for (const auto& entry : fs::directory_iterator(output + "/chunks", none))
-    count += entry.path().extension() == ".rows";
+    count += entry.path().extension() == ".rows" && entry.path().filename().string().front() != '.';
   return count;
+}
+
+// Waits until a few chunks are written; a machine at other work may need a minute.
+void wait_for_chunks(const std::string& output) {
+  for (int k = 0; k < 60000 && chunks_in(output) < 3; ++k) std::this_thread::sleep_for(1ms);
 }
 
 TEST(Sweep, WritesATableAPictureAndAReport) {
@@ -170,7 +176,7 @@ TEST(Sweep, CtrlCKeepsWhatIsDone) {
   const std::string file = long_sweep(scratch), output = scratch / "out";
   ASSERT_EQ(run_dyntape(words_of(file, scratch / "whole")).status, 0);
   const Started sweep(words_of(file, output));
-  for (int k = 0; k < 2000 && chunks_in(output) < 3; ++k) std::this_thread::sleep_for(2ms);
+  wait_for_chunks(output);
   const auto begin = std::chrono::steady_clock::now();
   const int status = sweep.send(SIGINT);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 1s);
@@ -189,8 +195,9 @@ TEST(Sweep, AnotherSweepIsRefused) {
   const std::string file = long_sweep(scratch);
   {
     const Started sweep(words_of(file, output));
-    for (int k = 0; k < 2000 && chunks_in(output) < 3; ++k) std::this_thread::sleep_for(2ms);
-    const Outcome second = run_dyntape(words_of(file, output));  // beside the first
+    wait_for_chunks(output);
+    kill(sweep.pid, SIGSTOP);  // so that it does not end before the second has started
+    const Outcome second = run_dyntape(words_of(file, output));
     EXPECT_EQ(second.status, 1);
     EXPECT_TRUE(has(second.err, "another sweep is running in this folder")) << second.err;
     sweep.send(SIGKILL);
