@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -68,7 +69,101 @@ bool are_same(const std::vector<double>& a, const std::vector<double>& b) {
   return true;
 }
 
+// Weights of the points in the quadrature of a cost over a phase of length one.
+std::vector<double> weights_of(const StagedPhase& phase) {
+  const Eigen::VectorXd& gamma = phase.scheme().gamma;
+  const bool is_even = gamma.isZero(0);  // the costs are among the results of a step
+  std::vector<double> weights(phase.points, 0.0);
+  for (std::size_t k = 0; k < phase.intervals; ++k) {
+    const double h = phase.step(k) / phase.t.back();
+    for (std::size_t i = 0; i <= phase.stride; ++i)
+      weights[k * phase.stride + i] += h * (is_even ? 1 / double(phase.stride + 1) : gamma[Eigen::Index(i)]);
+  }
+  return weights;
+}
+
+// Multipliers at points of a mesh as functions of time: divided by the points' weights, linear between points.
+class MultiplierDensities {
+ public:
+  explicit MultiplierDensities(const StagedPhase& phase) : phase_(phase), weights_(weights_of(phase)) {}
+
+  // In order of time; `multipliers` must outlive the object.
+  void add(std::size_t point, const double* multipliers) {
+    if (!(weights_[point] > 0)) return;
+    shares_.push_back(phase_.t[point] / phase_.t.back());
+    points_.push_back({weights_[point], multipliers});
+  }
+  // Of the multiplier of index i, at a fraction of the phase.
+  double at(double share, std::size_t i) const {
+    if (points_.empty()) return 0;
+    if (share <= shares_.front()) return points_.front().density(i);
+    if (share >= shares_.back()) return points_.back().density(i);
+    const auto k = std::size_t(interval_with(share, shares_));
+    const double fraction = (share - shares_[k]) / (shares_[k + 1] - shares_[k]);
+    return (1 - fraction) * points_[k].density(i) + fraction * points_[k + 1].density(i);
+  }
+
+ private:
+  struct Point {
+    double weight;
+    const double* multipliers;
+    double density(std::size_t i) const { return multipliers[i] / weight; }
+  };
+  const StagedPhase& phase_;
+  std::vector<double> weights_, shares_;
+  std::vector<Point> points_;
+};
+
+void take_bounds(const StagedPhase& from, const std::vector<double>& multipliers, const StagedPhase& to,
+                 std::vector<double>& taken) {
+  MultiplierDensities densities(from);
+  for (std::size_t p = 0; p < from.points; ++p) densities.add(p, &multipliers[from.variable_of(p)]);
+  const std::vector<double> weights = weights_of(to);
+  for (std::size_t p = 0; p < to.points; ++p)
+    for (std::size_t i = 0; i < to.n_z; ++i)
+      taken[to.variable_of(p) + i] = weights[p] * densities.at(to.t[p] / to.t.back(), i);
+}
+
+std::vector<const RowBlock*> blocks_of(const StagedProgram& program, RowBlock::Kind kind, std::size_t phase) {
+  std::vector<const RowBlock*> blocks;
+  for (const RowBlock& block : program.rows)
+    if (block.kind == kind && block.phase == phase) blocks.push_back(&block);
+  return blocks;
+}
+
+void take_rows(const StagedProgram& from, const std::vector<double>& lambda, const StagedProgram& to,
+               std::size_t phase, std::vector<double>& taken) {
+  MultiplierDensities densities(from.phases[phase]);
+  for (const RowBlock* block : blocks_of(from, RowBlock::Kind::kPath, phase))
+    densities.add(block->place, &lambda[block->row]);
+  const StagedPhase& now = to.phases[phase];
+  const std::vector<double> weights = weights_of(now);
+  for (const RowBlock* block : blocks_of(to, RowBlock::Kind::kPath, phase))
+    for (std::size_t i = 0; i < block->size; ++i)
+      taken[block->row + i] = weights[block->place] * densities.at(now.t[block->place] / now.t.back(), i);
+  for (const RowBlock::Kind kind : {RowBlock::Kind::kInstant, RowBlock::Kind::kLink}) {
+    const auto before = blocks_of(from, kind, phase), after = blocks_of(to, kind, phase);
+    for (std::size_t k = 0; k < after.size(); ++k)
+      std::copy_n(&lambda[before[k]->row], after[k]->size, &taken[after[k]->row]);
+  }
+}
+
 }  // namespace
+
+NlpSolution with_multipliers_of(const StagedNlp& from, const NlpSolution& solution, const StagedNlp& to,
+                                std::vector<double> x) {
+  NlpSolution warm;
+  warm.x = std::move(x);
+  warm.lambda.assign(to.shape().m(), std::numeric_limits<double>::quiet_NaN());
+  for (std::vector<double>* multipliers : {&warm.lower_multiplier, &warm.upper_multiplier})
+    multipliers->assign(to.shape().n(), 0.0);
+  for (std::size_t k = 0; k < to.phases(); ++k) {
+    take_bounds(from.phase(k), solution.lower_multiplier, to.phase(k), warm.lower_multiplier);
+    take_bounds(from.phase(k), solution.upper_multiplier, to.phase(k), warm.upper_multiplier);
+    take_rows(from.program(), solution.lambda, to.program(), k, warm.lambda);
+  }
+  return warm;
+}
 
 Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                       const Eigen::VectorXd& slope_from, const Eigen::VectorXd& slope_to, double h,

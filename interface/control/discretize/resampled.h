@@ -6,6 +6,7 @@
 //   const Stage<double> s = between.at(3, 0.25);             // a quarter of the way from point 3 to point 4
 //   const Trajectory fine = resampled(problem, motion, times);
 //   x = without_turns(nlp, x, scaling);                      // 0.8, 7.0, 13.3 rad become 0.8, 0.72, 0.73
+//   NlpSolution warm = with_multipliers_of(coarse, solution, fine, x);   // a start for the solve on another mesh
 #pragma once
 
 #include <dyntape/interface/control/discretize/staged_nlp.h>
@@ -41,6 +42,13 @@ Eigen::MatrixXd rates_of(const Problem& problem, Trajectory motion);
 Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                       const Eigen::VectorXd& slope_from, const Eigen::VectorXd& slope_to, double h,
                       double fraction);
+
+// Returns the point x of the program `to`, with multipliers of a solution on another mesh of the same problem, for a warm start
+// (SolverOptions::warm).  The multiplier of a bound or of a row at a point, divided by the weight of the point in the quadrature, is
+// a function of time, which is interpolated linearly.  Rows at instants and of links keep their multipliers.  Multipliers of
+// defects and of the scheme's conditions on controls are NaN: the solver estimates them.
+NlpSolution with_multipliers_of(const StagedNlp& from, const NlpSolution& solution, const StagedNlp& to,
+                                std::vector<double> x);
 
 // Removes whole turns between consecutive points of controls that are angles.  If a control enters a problem only by its sine and
 // cosine, a solver may add whole turns to it at single points.  The points are right, but the control that is interpolated between

@@ -35,7 +35,7 @@ struct SolverOptions {
   bool try_other_method = true;    // solve_nlp: if the method fails, the other one starts from the same point
   // A solution of a program with the same variables and rows.  The solve starts from its point and multipliers, and
   // `start` is ignored.  Bounds may differ: 3 iterations from the solution itself, about 6 if a goal moved by a
-  // hundredth.
+  // hundredth.  kRiccati estimates the multipliers of equations that are NaN (with_multipliers_of()).
   std::shared_ptr<const NlpSolution> warm = {};
   // The first barrier parameter, of the scaled program, for a start near a solution whose multipliers are unknown.
   // The start is moved inside the bounds in proportion to its violation of the rows, by 1e-2 at most.

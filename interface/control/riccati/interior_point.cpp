@@ -129,6 +129,7 @@ class StructuredInteriorPoint::Method {
     blocked_ = 0, may_raise_ = !is_near;
     if (warm) {
       take_over(*warm);
+      if (!lambda_.allFinite()) least_squares_multipliers();
     } else {
       is_near ? multipliers_.begin(barrier_, now_.w, mu_, HUGE_VAL) : multipliers_.set_ones(barrier_);
       least_squares_multipliers();

@@ -247,6 +247,12 @@ class Refinement {
     return false;
   }
 
+  // Ipopt starts warm with all multipliers only.
+  bool estimates_multipliers(const SolverOptions& options) const {
+    return (options.method == NlpMethod::kAutomatic ? solution_.nlp.method : options.method) ==
+           NlpMethod::kRiccati;
+  }
+
   // The mesh stays unfinished: what ended the solve is the caller's limit.
   bool give_up() {
     const bool is_stopped = steps_.options().solver.stop.stop_requested();
@@ -274,6 +280,9 @@ class Refinement {
       const std::vector<double> start =
           from == From::kGuess ? program->start() : warm_start(motions(), *program);
       if (from == From::kNear) options->solver.first_barrier = first_barrier(program->shape());
+      if (from == From::kNear && estimates_multipliers(options->solver))
+        options->solver.warm = std::make_shared<const NlpSolution>(
+            with_multipliers_of(*program_, solution_.nlp, *program, start));
       Solution fine = optimise(*program, start, *options);
       take(std::move(program), std::move(fine), where);
     } catch (const Error& e) {  // too large, or without a finite value at the start
