@@ -147,6 +147,35 @@ Posture reaching(const RobotScene& scene, const Eigen::VectorXd& q, const Feet& 
   return best;
 }
 
+namespace {
+
+constexpr double kAtFoothold = 1e-3;  // m
+
+std::string metres(double value) { return io::significant(value, 3) + " m"; }
+
+}  // namespace
+
+std::string missed_feet(const RobotScene& scene, const Eigen::VectorXd& q, const Feet& feet,
+                        const std::string& what) {
+  if (feet.empty() || !q.allFinite()) return "";
+  const Posture pose = reaching(scene, q, feet);
+  if (!(pose.off > kAtFoothold)) return "";
+  std::string names;
+  for (const auto& foot : feet) names += (names.empty() ? "'" : ", '") + foot.first + "'";
+  const bool are_several = feet.size() > 1;
+  return "no configuration within the limits of the joints was found in which " + names +
+         (are_several ? " are at their " + what + "s" : " is at its " + what) + "; the nearest misses " +
+         (are_several ? "one" : "it") + " by " + metres(pose.off);
+}
+
+std::string below_floor(const std::string& frame, const Eigen::Vector3d& foothold, double floor,
+                        const std::string& what) {
+  const double below = floor - foothold.z();
+  if (!(below > kAtFoothold)) return "";
+  return "the " + what + " of '" + frame + "' is " + metres(below) +
+         " below the floor, which is at z = " + metres(floor);
+}
+
 Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand& stand) {
   check_stand(scene, q, stand);
   Stander here(scene.model, stand), there = here;
