@@ -34,8 +34,8 @@ struct Posture {
 
 Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand& stand);
 
-// Searches a configuration with these feet over all joints within their limits: from `q`, then from random ones.  For any
-// robot.  The result is the nearest one found; its `off` does not prove that no other is nearer.
+// Searches a configuration with these feet over all joints within their limits: from `q`, then from random ones near it and
+// anywhere within the limits.  For any robot.  The result is the nearest one found; its `off` does not prove that no other is nearer.
 Posture reaching(const RobotScene& scene, const Eigen::VectorXd& q,
                  const std::vector<std::pair<std::string, Eigen::Vector3d>>& feet);
 
