@@ -41,7 +41,7 @@ WRONG += [
     (lambda: ARM.random(-LONG), "Robot.random: count is -10000000000000000000... (401 digits); expected int | None, not negative"),
     (lambda: ARM.random(10**5000 - 1), "count is 99999999999999999999... (5000 digits); expected"),
     (lambda: dyntape.Problem("car", ["x"], ["u"], LONG, lambda s: s.u), "duration is 10000000000000000000... (401 digits); expected float, below 1.8e308"),
-    (lambda: dyntape.record("x" * 500, 2), "record: f is 'xxxxxxxxxxxxxxxxxxx... (500 characters); expected Callable"),
+    (lambda: dyntape.Problem("car", ["x"], ["u"], "x" * 500, lambda s: s.u), "duration is 'xxxxxxxxxxxxxxxxxxx... (500 characters); expected float"),
 ]
 
 
