@@ -91,6 +91,7 @@ ROOMS = {
     'interface/files/task': ['dynamics/model', 'dynamics/urdf', IO, 'interface/robot', *CONTROL, 'interface/motion', 'interface/report/player',
                              'interface/files', 'interface/files/info', 'interface/files/scene'],
     'interface/run/simulate': [*AUTODIFF, *DYNAMICS, *GENERATE, IO, 'interface/robot', *SYSTEM, 'interface/files/scene'],
+    'interface/run/rollout': [*AUTODIFF, *DYNAMICS, *GENERATE, 'codegen/run', IO, 'interface/robot', *SYSTEM, 'interface/motion', 'interface/files/scene'],
     'interface/run/sweep': [*AUTODIFF, *DYNAMICS, *GENERATE, 'codegen/run', 'codegen/system', IO, 'interface/robot', *SYSTEM,
                             'interface/files/scene', 'interface/files/sweep', 'interface/run/simulate'],
     'interface/run/solve': ['dynamics/model', 'dynamics/urdf', IO, 'interface/robot', *CONTROL, 'interface/motion', 'interface/report/plot',

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include <dyntape/autodiff/factorisations.h>
@@ -96,7 +97,22 @@ class FeetReacher {
     return {q, r_.cwiseAbs().maxCoeff()};
   }
 
+  // Joints with limits anywhere within them, others up to half a turn or half a metre away, a trunk as in drawn_near().
   Eigen::VectorXd drawn(const Eigen::VectorXd& from) {
+    std::uniform_real_distribution<double> share(0, 1);
+    Eigen::VectorXd q = drawn_near(from);
+    for (const auto& joint : model_.joints) {
+      if (!dynamics::traits(joint.type).on_a_line) continue;
+      const double reach = joint.type == dynamics::JointType::kPrismatic ? 0.5 : std::numbers::pi;
+      const double middle = from[joint.idx_q];
+      const double low = std::isfinite(joint.limits.lower) ? joint.limits.lower : middle - reach;
+      const double high = std::isfinite(joint.limits.upper) ? joint.limits.upper : middle + reach;
+      q[joint.idx_q] = low + share(random_) * (high - low);
+    }
+    return q;
+  }
+
+  Eigen::VectorXd drawn_near(const Eigen::VectorXd& from) {
     std::uniform_real_distribution<double> turn(-1, 1);
     Eigen::VectorXd step(model_.nv);
     for (double& entry : step) entry = turn(random_);
@@ -136,15 +152,44 @@ class FeetReacher {
 }  // namespace
 
 Posture reaching(const RobotScene& scene, const Eigen::VectorXd& q, const Feet& feet) {
-  constexpr int kStarts = 8;
+  constexpr int kNearStarts = 8, kStarts = 32;
   constexpr double kThere = 1e-6;  // m
   FeetReacher reacher(scene.model, feet);
   Posture best = reacher.reach(q);
   for (int k = 1; k < kStarts && best.off > kThere; ++k) {
-    const Posture other = reacher.reach(reacher.drawn(q));
+    const Posture other = reacher.reach(k < kNearStarts ? reacher.drawn_near(q) : reacher.drawn(q));
     if (other.off < best.off) best = other;
   }
   return best;
+}
+
+namespace {
+
+constexpr double kAtFoothold = 1e-3;  // m
+
+std::string metres(double value) { return io::significant(value, 3) + " m"; }
+
+}  // namespace
+
+std::string missed_feet(const RobotScene& scene, const Eigen::VectorXd& q, const Feet& feet,
+                        const std::string& what) {
+  if (feet.empty() || !q.allFinite()) return "";
+  const Posture pose = reaching(scene, q, feet);
+  if (!(pose.off > kAtFoothold)) return "";
+  std::string names;
+  for (const auto& foot : feet) names += (names.empty() ? "'" : ", '") + foot.first + "'";
+  const bool are_several = feet.size() > 1;
+  return "no configuration within the limits of the joints was found in which " + names +
+         (are_several ? " are at their " + what + "s" : " is at its " + what) + "; the nearest misses " +
+         (are_several ? "one" : "it") + " by " + metres(pose.off);
+}
+
+std::string below_floor(const std::string& frame, const Eigen::Vector3d& foothold, double floor,
+                        const std::string& what) {
+  const double below = floor - foothold.z();
+  if (!(below > kAtFoothold)) return "";
+  return "the " + what + " of '" + frame + "' is " + metres(below) +
+         " below the floor, which is at z = " + metres(floor);
 }
 
 Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand& stand) {

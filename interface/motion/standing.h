@@ -34,10 +34,20 @@ struct Posture {
 
 Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand& stand);
 
-// Searches a configuration with these feet over all joints within their limits: from `q`, then from random ones.  For any
-// robot.  The result is the nearest one found; its `off` does not prove that no other is nearer.
+// Searches a configuration with these feet over all joints within their limits: from `q`, then from random ones near it and
+// anywhere within the limits.  For any robot.  The result is the nearest one found; its `off` does not prove that no other is nearer.
 Posture reaching(const RobotScene& scene, const Eigen::VectorXd& q,
                  const std::vector<std::pair<std::string, Eigen::Vector3d>>& feet);
+
+// A sentence on positions of feet that no configuration has (reaching()), in metres: "no configuration within the limits of
+// the joints was found in which 'FL_FOOT' is at its foothold; the nearest misses it by 1.05 m"; "" if one was found.
+// `what`: the noun, a "foothold" or a "target".  Takes milliseconds.
+std::string missed_feet(const RobotScene& scene, const Eigen::VectorXd& q,
+                        const std::vector<std::pair<std::string, Eigen::Vector3d>>& feet,
+                        const std::string& what = "foothold");
+// "the foothold of 'FL_FOOT' is 0.150 m below the floor, which is at z = 0 m"; "" if it is at most a millimetre below.
+std::string below_floor(const std::string& frame, const Eigen::Vector3d& foothold, double floor,
+                        const std::string& what = "foothold");
 
 // A sentence, in N m or N, on motors that cannot hold the robot at rest in the state x of its problem, with the forces of its
 // contacts within their cones; "" if they can, if x is not at rest, or if no motor would help.  Takes milliseconds.

@@ -3,6 +3,7 @@
 // Problems as controllers: model predictive control.
 #include <algorithm>
 #include <mutex>
+#include <optional>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/mpc/receding_horizon.h>
@@ -10,6 +11,7 @@
 
 #include "motions.h"
 #include "problems.h"
+#include "problems/sensitivities.h"
 #include "watch.h"
 
 namespace dyntape::python {
@@ -19,16 +21,20 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 struct PythonMpc {
-  PythonMpc(const Problem& problem, const MpcOptions& options) : mpc(problem, options) {}
+  PythonMpc(const Problem& problem, const MpcOptions& options) : mpc(problem, options), mesh(options.mesh) {}
   RecedingHorizon mpc;
-  std::mutex mutex;  // one step at a time
+  MeshOptions mesh;
+  Trajectory plan;                                 // of the last step
+  std::optional<MotionSensitivity> sensitivities;  // made at the first call
+  std::mutex mutex;                                // one step at a time
 };
 
 void make_mpc(PythonMpc* self, const PythonProblem& p, int intervals, const std::string& scheme,
-              int iterations, bool gains) {
+              int iterations, bool gains, double tolerance) {
   MpcOptions options;
   options.mesh.intervals = intervals;
   options.mesh.scheme = scheme_by_name(scheme);
+  options.solver.tolerance = tolerance;
   options.iterations = iterations;
   options.gains = gains;
   bool is_made = false;
@@ -48,7 +54,22 @@ MpcStep step(PythonMpc& self, double t, nb::handle x) {
   const VectorXd at = vector_of(x, "step: x", self.mpc.values().n_x());
   const nb::gil_scoped_release unlocked;
   const std::scoped_lock lock(self.mutex);
-  return self.mpc.step(t, at);
+  const MpcStep& now = self.mpc.step(t, at);
+  self.plan = now.plan.motion;
+  return now;
+}
+
+ProblemSensitivities sensitivities_of(PythonMpc& self) {
+  return watched(nb::none(), [&](const Watch& watch) -> ProblemSensitivities {
+    const std::scoped_lock lock(self.mutex);
+    const NlpSolution solution = self.mpc.solution();
+    if (!self.sensitivities) {
+      self.mesh.evaluation.route = Route::kTiered;
+      self.mesh.evaluation.stop = watch.stop;
+      self.sensitivities.emplace(self.mpc.problem(), self.mesh);
+    }
+    return {self.sensitivities->at(self.mpc.problem(), solution), self.plan, self.mpc.problem()};
+  });
 }
 
 nb::object control_at(const MpcStep& s, double t, nb::handle x) {
@@ -94,20 +115,45 @@ void bind_mpc(nb::module_& module) {
           "The problem's duration is the horizon; it is recorded and compiled once.\n\n"
           "intervals, scheme: of the mesh.  iterations: of a step at most; 0: until it is solved, 1: the "
           "real-time\n"
-          "iteration.  gains: plans have feedback.\n\n"
+          "iteration.  gains: plans have feedback.  tolerance: of a step that is solved, relative.\n\n"
           "Raises ArgumentError for a problem whose start or duration is free, or whose costs are no "
           "squares.")
           .def("__init__", make_mpc, nb::arg("problem"), nb::kw_only(), nb::arg("intervals") = 20,
                nb::arg("scheme") = "trapezoid", nb::arg("iterations") = 0, nb::arg("gains") = false,
+               nb::arg("tolerance") = 1e-6,
                nb::sig(
                    "def __init__(self, problem: Problem, *, intervals: int = 20, scheme: str = 'trapezoid', "
-                   "iterations: int = 0, gains: bool = False) -> None"))
+                   "iterations: int = 0, gains: bool = False, tolerance: float = 1e-06) -> None"))
           .def(
               "step", step, nb::arg("t"), nb::arg("x"),
               nb::sig("def step(self, t: float, x: ArrayLike) -> MpcStep"),
               "Plans from the state x (states,), measured at the plant's time t, s, which does not go back.  "
               "One thread at a time\n"
               "plans; others wait.")
+          .def(
+              "sensitivities", sensitivities_of, nb::sig("def sensitivities(self) -> Sensitivities"),
+              "Derivatives of the last step's plan by the state that was measured and by the problem's "
+              "parameters.\n\n"
+              "du_dstart[0] and gain are of the first control by the measured state, du_dp[0] of the first "
+              "control by the\n"
+              "parameters; rows are the points of the plan, at the plant's times step.t.  Second derivatives "
+              "are exact,\n"
+              "also if the controller uses Gauss-Newton Hessians.  The derivative by a parameter of time is "
+              "by a constant that\n"
+              "is added to it.  The first call records and compiles.\n\n"
+              "good is False and the arrays are NaN for a plan that is no solution, such as one of a "
+              "real-time iteration\n"
+              "(iterations=1) that has not converged; `why` says so.\n"
+              "Raises ArgumentError before the first step, and for parameters of time with multiple "
+              "shooting.\n\n"
+              ">>> p = dyntape.Problem(\"block\", [\"p\", \"v\"], [\"u\"], 1.0, lambda s: [s.x[1], "
+              "s.u[0]])\n"
+              ">>> p.add_squares(\"effort\", lambda s: s.u)\n"
+              ">>> p.start, p.goal = [0, 0], [1, 0]\n"
+              ">>> mpc = dyntape.Mpc(p, scheme=\"hermite-simpson\", tolerance=1e-10)\n"
+              ">>> step = mpc.step(0.0, [0.2, 0.0])\n"
+              ">>> round(float(mpc.sensitivities().gain[0, 0]), 6)       # du(0)/dp(0)\n"
+              "-6.0")
           .def(
               "set_parameter",
               [](PythonMpc& self, const std::string& name, nb::handle value, nb::handle times) {

@@ -50,7 +50,7 @@ std::shared_ptr<DdpSolution> solve_ddp(const PythonProblem& p, int intervals, co
                                        double tolerance, int max_iterations, bool verify,
                                        const std::string& sensitivities, nb::handle progress) {
   DdpOptions options = ddp_options(intervals, hessian, tolerance, max_iterations, verify, sensitivities);
-  warn_of_weak_motors(p);
+  warn_of_unmet_demands(p);
   try {
     return watched(progress, [&](const Watch& watch) {
       options.stop = options.evaluation.stop = watch.stop;

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/visuals.h>
@@ -29,10 +30,17 @@ struct PythonStage {
   Parameters parameters;  // where each stands in p
 };
 
+// A frame's origin at a position (m, world), as an equality demands it or a swing ends.
+struct FramePosition {
+  std::string frame;
+  Eigen::Vector3d position;
+};
+
 // A stage function that C++ made, or that was recorded of a Python function.
 struct PythonStageFunction {
   std::string name;
   StageFunction function;
+  std::optional<FramePosition> target = {};  // whose error it is
 };
 
 struct PythonProblem {
@@ -48,6 +56,13 @@ struct PythonProblem {
     nb::callable function;
   };
   std::vector<Given> given = {};  // functions of the stage that were recorded, for messages
+  struct Demand {
+    FramePosition at;
+    std::optional<double> share;    // of the duration; none: all along
+    bool is_foothold = false;       // of a swing that ends there, otherwise of an equality
+    std::optional<double> floor{};  // m, its height under a foothold, where it is known
+  };
+  std::vector<Demand> demands = {};  // positions of frames, which are checked before a solve
 
   StageSizes sizes() const;
   int nq() const { return tied ? tied->nq() : scene.model.nq; }  // of a robot's states
@@ -74,8 +89,12 @@ std::string first_not_finite_line(const PythonProblem& problem);
 // The same error with the user's line in place of a node of the recording, where there is one.
 [[noreturn]] void throw_with_line(const PythonProblem& problem, const NumericalError& error);
 
-// Warns, before a solve, of motors that cannot hold the robot at rest at its start.
-void warn_of_weak_motors(const PythonProblem& problem);
+// Warns, before a solve, of motors that cannot hold the robot at rest at its start, and of positions of frames that are out of
+// reach or below the floor.
+void warn_of_unmet_demands(const PythonProblem& problem);
+
+// m, the height of the scene's floor at a position; none: the scene has no floor there.
+std::optional<double> floor_under(const RobotScene& scene, const Eigen::Vector3d& position);
 
 // What a Python argument stands for: a ready function, or a callable of the stage.
 StageFunction stage_function_of(PythonProblem& problem, const std::string& name, nb::handle given);

@@ -2,9 +2,10 @@
 #include "robot_routes.h"
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/robot/packs/packed_robot.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/workspace_pool.h>
+
+#include "robots/lanes_route.h"
 
 namespace dyntape::python {
 namespace {
@@ -34,28 +35,6 @@ class PlainRoute final : public RobotPath {
   const RobotFunction function_;
   const RobotRoute route_;
   dyntape::detail::WorkspacePool<RobotEvaluator> pool_;
-};
-
-class LanesRoute final : public RobotPath {
- public:
-  LanesRoute(const dynamics::Model<double>& model, const RobotFunction& function)
-      : model_(model), function_(function) {
-    const auto packed = pool_.take([&] { return made(); });
-    n_in = packed->n_in();
-    n_out = packed->n_out();
-  }
-
-  void evaluate(const double* states, std::size_t count, double* results) override {
-    const auto packed = pool_.take([&] { return made(); });
-    packed->evaluate(states, count, results);
-  }
-
- private:
-  std::unique_ptr<PackedRobot> made() const { return std::make_unique<PackedRobot>(model_, function_); }
-
-  const dynamics::Model<double>& model_;
-  const RobotFunction function_;
-  dyntape::detail::WorkspacePool<PackedRobot> pool_;
 };
 
 // A recording, interpreted or compiled.
@@ -95,7 +74,7 @@ class RecordedRoute final : public RobotPath {
 
 std::shared_ptr<RobotPath> unshaped_route(const dynamics::Model<double>& model, const RobotFunction& function,
                                           const std::string& word, bool many, const std::stop_token& stop) {
-  if (word == kLanes) return std::make_shared<LanesRoute>(model, function);
+  if (word == kLanes) return make_lanes_route(model, function);
   RobotRoute route;
   try {
     route = robot_route_from(word);

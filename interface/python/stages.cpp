@@ -119,12 +119,6 @@ void throw_with_line(const PythonProblem& p, const NumericalError& error) {
                        (advice == sentence.npos ? "" : sentence.substr(advice)));
 }
 
-void warn_of_weak_motors(const PythonProblem& p) {
-  if (!p.is_robot || p.tied) return;
-  const std::string weak = weak_motors(p.scene, p.options, p.problem, p.problem.start);
-  if (!weak.empty() && PyErr_WarnEx(PyExc_UserWarning, weak.c_str(), 1) < 0) nb::raise_python_error();
-}
-
 StageFunction stage_function_of(PythonProblem& problem, const std::string& name, nb::handle given) {
   if (nb::isinstance<PythonStageFunction>(given)) return nb::cast<const PythonStageFunction&>(given).function;
   if (PyCallable_Check(given.ptr()))

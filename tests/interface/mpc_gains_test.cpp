@@ -10,6 +10,7 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/control/mpc/closed_loop.h>
 #include <dyntape/interface/control/riccati/riccati.h>
+#include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_problem.h>
 #include <dyntape/interface/motion/robot_terms.h>
@@ -147,6 +148,47 @@ TEST(MpcGains, AreDifferencesOfSolves) {
                   plan.motion.u.cwiseAbs().maxCoeff(), worst);
       EXPECT_LT(worst, 1e-4) << scheme.name << " " << limit;
       EXPECT_LE(plan.control(0, p.start + VectorXd::Constant(4, 10)).cwiseAbs().maxCoeff(), limit);
+    }
+  }
+}
+
+// Derivatives of the whole plan, from what the controller holds: its gain is one of them, and differences of solves the others.  The
+// last case measures a cart beyond its limit, on its way back.
+TEST(MpcGains, AreAmongTheDerivativesOfThePlan) {
+  const double at_limit[] = {1e3, 8.0, 1e3};
+  for (int trial = 0; trial < 3; ++trial) {
+    Problem p = test::swing_up(10, at_limit[trial]);
+    p.goal.setConstant(Problem::kFree);
+    VectorXd x(4);
+    x << 0.8, std::numbers::pi - 0.3, trial == 2 ? -1 : 0, 0;
+    if (trial == 2) p.x.upper[0] = x[0] - 1e-3;
+    p.start << 0.7, std::numbers::pi - 0.3, 0, 0;
+    const MpcOptions options = with_gain(trapezoid(), 30);
+    MotionSensitivity sensitivity(p, options.mesh);
+    const auto plan_from = [&](RecedingHorizon& mpc, const VectorXd& at) {
+      const MpcStep& step = mpc.step(0, at);
+      EXPECT_EQ(step.status, SolveStatus::kSolved) << trial;
+      return step.plan;
+    };
+    RecedingHorizon mpc(p, options);
+    EXPECT_NE(message_of<ArgumentError>([&] { mpc.solution(); }).find("no plan yet"), std::string::npos);
+    const Plan plan = plan_from(mpc, x);
+    EXPECT_EQ(mpc.problem().start, x);
+    const MotionSensitivities by = sensitivity.at(mpc.problem(), mpc.solution());
+    ASSERT_TRUE(by.good()) << trial << ": " << by.why;
+    EXPECT_LT((by.gain - plan.gain).norm(), 1e-5 * (1 + plan.gain.norm())) << trial;
+    const double d = 1e-5;
+    for (Eigen::Index i = 0; i < 4; ++i) {
+      RecedingHorizon up(p, options), down(p, options);
+      plan_from(up, x + d * VectorXd::Unit(4, i)), plan_from(down, x - d * VectorXd::Unit(4, i));
+      const std::vector<double> more = up.solution().x, less = down.solution().x;
+      double worst = 0;
+      for (std::size_t k = 0; k < more.size(); ++k) {
+        const double difference = (more[k] - less[k]) / (2 * d);
+        worst = std::max(worst,
+                         std::abs(by.start.x(Eigen::Index(k), i) - difference) / (1 + std::abs(difference)));
+      }
+      EXPECT_LT(worst, 1e-3) << trial << ", state " << i;
     }
   }
 }

@@ -265,6 +265,79 @@ def test_footholds_out_of_reach_are_told_in_metres(tmp_path):
     assert any("the foothold of 'FL_FOOT' is 0.150 m below the floor" in s for s in below)
 
 
+def said_before(p, solve="solve"):
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        getattr(p, solve)(2, max_iterations=1)
+    return [str(w.message) for w in said]
+
+
+def test_targets_of_a_problem_out_of_reach_are_told_in_metres():
+    arm = dyntape.load(CONFIG / "robots" / "arm_2r.urdf")
+    q = arm.random(2000, seed=4)
+    hand = arm.frame_placement(q, frame="hand").p
+    reach = abs(hand).max(axis=0)
+    axis = int(reach.argmax())
+    start = q[hand[:, axis].argmax()]
+
+    def told(position, where, solve="solve", bounds=None):
+        p = arm.problem(1)
+        p.start_at(start if bounds is None else sum(bounds) / 2)
+        p.limit_positions()
+        if bounds is not None:
+            p.bound_states([*bounds[0], -9, -9], [*bounds[1], 9, 9])
+        p.add_effort()
+        p.add_equality("there", p.frame_error("hand", position), where=where)
+        return [s for s in said_before(p, solve) if "hand" in s]
+
+    away = np.zeros(3)
+    away[axis] = 5.0
+    away += arm.frame_placement(start, frame="hand").p * (np.arange(3) != axis)
+    for where, head in ("end", "at the end: "), (0.5, "at 0.5 of the duration: "), ("running", "all along: "):
+        (sentence,) = told(away, where)
+        assert sentence.startswith(head + "no configuration within the limits of the joints was found in which 'hand' is at its target; ")
+        missed = float(sentence.split(" by ")[1].split(" m")[0])
+        assert missed == pytest.approx(5.0 - reach[axis], abs=0.02)
+    for k in range(0, 2000, 100):  # what it reaches is not told
+        assert not told(hand[k], "end")
+    near = q[7]
+    assert not told(hand[7], "end", bounds=(near - 0.1, near + 0.1))
+    assert told(hand[7], "end", bounds=(near + [0.3, 0.3], near + [0.4, 0.4]))  # the problem's own bounds
+
+
+def test_footholds_of_a_problem_are_told(solo):
+    foot = "FL_FOOT"
+    q = solo.neutral()
+    q[2] = 0.3
+    q[7:] = np.tile([0.0, 0.8, -1.6], 4)
+    stands = solo.frame_placement(q, frame=foot).p
+
+    def told(end, **options):
+        p = solo.problem(1, form="inverse")
+        p.start_at(q)
+        p.add_effort()
+        p.swing_clearance(foot, stands, stands + end, 0.05, **options)
+        return [s for s in said_before(p) if foot in s]
+
+    assert not told([0.05, 0, 0])
+    (below,) = told([0.05, 0, -0.15 - stands[2]])
+    assert below == "the foothold of 'FL_FOOT' is 0.150 m below the floor, which is at z = 0 m"
+    assert not told([0.05, 0, -0.15 - stands[2]], floor=-0.2)
+    (below,) = told([0.05, 0, 0.1], floor=stands[2] + 0.3)
+    assert "is 0.200 m below the floor" in below
+    scene = dyntape.Scene(CONFIG / "scenes" / "solo12_compliant_floor.info")
+    p = scene.problem(1)
+    p.add_equality("foot", p.frame_error(foot, [0.2, 0.1, -0.05]), where="end")
+    assert "the target of 'FL_FOOT' is 0.0500 m below the floor, which is at z = 0 m" in said_before(p)
+    p = solo.problem(1, form="inverse")
+    p.start_at(q)
+    for name in foot, "HR_FOOT":  # a foot each can be there, but not both at once
+        p.add_equality(name, p.frame_error(name, stands), where="end")
+    ends = solo.frame_placement(q, frame="HR_FOOT").p - stands
+    p.add_equality("apart", p.frame_error("FR_FOOT", stands + 3 * ends), where="end")
+    assert any("'FL_FOOT', 'HR_FOOT', 'FR_FOOT' are at their targets; the nearest misses one by" in s for s in said_before(p))
+
+
 @pytest.mark.skipif(not shutil.which("gnuplot"), reason="gnuplot draws them")
 def test_pictures_say_what_they_show(tmp_path):
     dyntape.sweep(CONFIG / "sweeps" / "pendulum_amplitudes.info", tmp_path / "grid", set={"samples": 1})

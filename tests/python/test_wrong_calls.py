@@ -35,6 +35,16 @@ WRONG = [
 ]
 
 
+LONG = 10**400
+WRONG += [
+    (lambda: ARM.random(LONG), "Robot.random: count is 10000000000000000000... (401 digits); expected int | None, below 2**63"),
+    (lambda: ARM.random(-LONG), "Robot.random: count is -10000000000000000000... (401 digits); expected int | None, not negative"),
+    (lambda: ARM.random(10**5000 - 1), "count is 99999999999999999999... (5000 digits); expected"),
+    (lambda: dyntape.Problem("car", ["x"], ["u"], LONG, lambda s: s.u), "duration is 10000000000000000000... (401 digits); expected float, below 1.8e308"),
+    (lambda: dyntape.Problem("car", ["x"], ["u"], "x" * 500, lambda s: s.u), "duration is 'xxxxxxxxxxxxxxxxxxx... (500 characters); expected float"),
+]
+
+
 @pytest.mark.parametrize("call, sentence", WRONG, ids=[sentence for _, sentence in WRONG])
 def test_a_wrong_call_is_one_sentence(call, sentence):
     with pytest.raises(TypeError) as error:
@@ -170,3 +180,36 @@ def test_long_numbers_are_told_by_their_beginning(value):
     with pytest.raises(dyntape.FileError) as told:
         dyntape.simulate(dyntape.config_folder() / "scenes" / "pendulum.info", set={"simulation.duration": value})
     assert len(str(told.value)) < 300 and "characters)" in str(told.value)
+
+
+# --- A wrong value of a file is one sentence, which holds ---
+
+SCENE = dyntape.config_folder() / "scenes" / "pendulum.info"
+CONTROL = dyntape.config_folder() / "control" / "arm_holds.info"
+
+
+@pytest.mark.parametrize(
+    "file, key, value, sentence",
+    [
+        (SCENE, "effects", "abc", "'effects' is a block, which takes no value 'abc'"),
+        (SCENE, "effects.gravity.vector", "abc", "'vector' must hold numbers, got 'abc'"),
+        (SCENE, "effects.gravity.vector", 3, "'vector' has 1 number, expected three"),
+        (SCENE, "effects.gravity.vector", LONG, "'vector' must hold numbers, got '10000000000000000000... (401 characters)'"),
+        (CONTROL, "mpc.period", "abc", "'mpc.period' expects a number, got 'abc'"),
+        (CONTROL, "mpc.period", -1, "'mpc.period' must be positive, got '-1'"),
+    ],
+)
+def test_a_wrong_setting_is_one_sentence(file, key, value, sentence):
+    with pytest.raises(dyntape.FileError) as error:
+        (dyntape.Scene if file is SCENE else dyntape.control)(file, set={key: value})
+    assert str(error.value).startswith(f"--set {key}: {sentence}") and "\n" not in str(error.value)
+
+
+def test_a_setting_that_opens_a_block_does_not_deny_itself():
+    with pytest.raises(dyntape.FileError) as error:
+        dyntape.Scene(SCENE, set={"constraints.contacts.contact.normal": "abc"})
+    lines = str(error.value).split("\n")
+    assert len(lines) == 2 and "'normal' must hold numbers" in lines[1] and "frames' is missing" in lines[0]
+    with pytest.raises(dyntape.FileError) as error:
+        dyntape.solve(dyntape.config_folder() / "tasks" / "two_link_arm_reaching.info", set={"thrusters.thruster.upper": 1})
+    assert "'thrusters.thruster.frame' is missing" in str(error.value) and "is empty" not in str(error.value)

@@ -228,6 +228,13 @@ void RecedingHorizon::add_gain() {
   step_.gain_seconds = seconds_since(begin);
 }
 
+NlpSolution RecedingHorizon::solution() const {
+  if (!scaled_) refuse(values_, "the controller has no plan yet; expected a step before solution()");
+  NlpSolution own = scaled_->in_own_units(last_);
+  own.units = scaled_->units();
+  return own;
+}
+
 // A later plan, from the last one moved to now.
 void RecedingHorizon::plan_again(const std::vector<double>& start, const std::vector<double>& moved_plan,
                                  double t, const Eigen::VectorXd& x) {

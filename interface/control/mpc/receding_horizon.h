@@ -60,6 +60,15 @@
 // would divide by the remaining influence of the first state and demand what no plant does within an interval: for
 // the arm of config/control/arm_holds.info on intervals of 20 ms, poles at -6e4 /s instead of -97 /s.
 //
+// Derivatives.  problem() and solution() are what motion_sensitivities.h needs for the derivatives of the whole plan
+// with respect to the measured state and the parameters, with exact second derivatives:
+//
+//   MotionSensitivity sensitivity(p, options.mesh);                            // once
+//   const MotionSensitivities by = sensitivity.at(mpc.problem(), mpc.solution());
+//   if (by.good()) by.gain, by.parameters.x;                                   // du(0)/dx(0); of all variables by p
+//
+// A plan of `iterations` steps that has not converged is no solution: the status says so, and derivatives are NaN.
+//
 // Errors.  The result of a solve is a status, not an error.  ArgumentError for:
 //
 // - a state of the wrong size or not finite, or a time before the previous one
@@ -136,6 +145,11 @@ class RecedingHorizon {
   Problem& values() { return values_; }
   TripleBuffer<Plan>& latest() { return latest_; }
   BuildReport build() const { return program_.build(); }
+
+  // The problem of the last step, with the measured state as its start and parameters in the time of the horizon, and
+  // its solution.  solution() throws ArgumentError before the first step.
+  const Problem& problem() const { return program_.problem(); }
+  NlpSolution solution() const;
 
  private:
   std::vector<double> moved(double by);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
@@ -137,8 +138,19 @@ struct MotionSensitivity::Made {
     }
     const Places& places() const { return places_; }
 
+    // A start beyond its bounds, as a controller may measure it, is kept.
     void set_values(const Problem& now) {
-      StagedNlp::set_values(with_parameters_as_states(now));
+      Problem inside = now;
+      bool is_inside = true;
+      for (Eigen::Index i = 0; i < now.start.size(); ++i) {
+        if (std::isnan(now.start[i])) continue;
+        inside.start[i] = std::min(std::max(now.start[i], now.x.lower[i]), now.x.upper[i]);
+        is_inside = is_inside && inside.start[i] == now.start[i];
+      }
+      const Problem wide = with_parameters_as_states(inside);
+      StagedNlp::set_values(wide);
+      if (!is_inside && now.start.allFinite())
+        start_at(one_after_other(now.start, wide.start.tail(places_.n_p)));
       hold(now);
     }
 

@@ -39,6 +39,8 @@ std::string with_short_numbers(const std::string& message) {
   return text;
 }
 
+std::string no_block(const std::string& path) { return "'" + path + "' is a block; '{' was expected"; }
+
 }  // namespace
 
 InfoNode detail::answer_node(const std::string& key, std::string value, const InfoNode* given) {
@@ -155,7 +157,7 @@ std::string Section::value() {
 Section Section::child(const std::string& key) {
   ask(key, "a block", nullptr);
   const InfoNode* node = find(key, true);
-  if (node && !node->has_block) note(node->where, "'" + full(key) + "' is a block; '{' was expected");
+  if (node && !node->has_block) note(node->where, no_block(full(key)));
   return Section(reading_, state_->block_of(node, key));
 }
 
@@ -224,6 +226,9 @@ std::string its_keys(const std::vector<std::string>& keys) {
 void Section::check_unread() {
   if (!state_->node) return;
   const bool stray = state_->node->has_value && !state_->value_read;
+  if (stray && !state_->node->has_block) {  // the value takes the place of the block: one problem
+    std::erase_if(reading_->problems, [&](const Problem& p) { return p.message == no_block(path()); });
+  }
   if (stray)
     note(state_->node->value_where, "'" + path() + "' is a block, which takes no value '" +
                                         state_->node->value + "'" + its_keys(state_->asked));

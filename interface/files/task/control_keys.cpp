@@ -109,12 +109,13 @@ TaskSpec::Control read_control(Section& file, const ReadPush& read_push) {
   control.period = block.about("time between plans [s]").get_or("period", control.period, io::positive());
   control.delay = block.about("time between measurement and control [s], less than a period")
                       .get_or("delay", control.delay, io::not_negative());
-  if (control.delay >= control.period)
+  const bool has_period = control.period > 0;  // else it is wrong already
+  if (has_period && control.delay >= control.period)
     block.problem("delay", "'mpc.delay' must be less than the period, " + io::shortest(control.period) +
                                " s, got " + io::shortest(control.delay));
   control.feedback = block.about("time between corrections by the plan's feedback gains [s]; 0: no feedback")
                          .get_or("feedback_period", control.feedback, io::not_negative());
-  if (control.feedback >= control.period)
+  if (has_period && control.feedback >= control.period)
     block.problem("feedback_period", "'mpc.feedback_period' must be less than the period, " +
                                          io::shortest(control.period) + " s, got " +
                                          io::shortest(control.feedback));

@@ -144,6 +144,7 @@ std::string read_link(Section& block, const std::string& key, const RobotModel* 
   }
   const std::string name = block.get<std::string>(key);
   if (!name.empty()) return known_frame(block, key, name, *model);
+  if (!block.has(key)) return "";  // which is missing
   block.problem(key, "'" + block.path() + "." + key + "' is empty, expected the name of a link");
   return "";
 }

@@ -111,11 +111,8 @@ void compose_phases(Task& task, const VectorXd& from, const VectorXd& to) {
 
 namespace {
 
-std::string metres(double value) { return io::significant(value, 3) + " m"; }
-
 // Of phases whose contacts land elsewhere.
 void add_unmet_footholds(const Task& task, std::vector<std::string>& sentences) {
-  constexpr double kThere = 1e-3;  // m
   const VectorXd q = task.start.head(task.scene.model.nq);
   if (!q.allFinite()) return;
   std::vector<HeldContact> contacts = task.robot.contacts;
@@ -129,20 +126,14 @@ void add_unmet_footholds(const Task& task, std::vector<std::string>& sentences) 
     for (const auto& [frame, by] : phase.moved) {
       any_moved = true;
       for (const auto& [name, place] : feet) {
-        const double below = task.floor.value_or(0) - place.z();
-        if (name == frame && by.z() < 0 && below > kThere)
-          sentences.push_back(head + "the foothold of '" + frame + "' is " + metres(below) +
-                              " below the floor, which is at z = " + metres(task.floor.value_or(0)));
+        if (name != frame || by.z() >= 0) continue;
+        const std::string below = below_floor(frame, place, task.floor.value_or(0));
+        if (!below.empty()) sentences.push_back(head + below);
       }
     }
-    if (!any_moved || feet.empty()) continue;
-    const Posture pose = reaching(task.scene, q, feet);
-    if (!(pose.off > kThere)) continue;
-    std::string names;
-    for (const auto& foot : feet) names += (names.empty() ? "'" : ", '") + foot.first + "'";
-    sentences.push_back(head + "no configuration within the limits of the joints was found in which " +
-                        names + (feet.size() > 1 ? " are at their footholds" : " is at its foothold") +
-                        "; the nearest misses one by " + metres(pose.off));
+    if (!any_moved) continue;
+    const std::string missed = missed_feet(task.scene, q, feet);
+    if (!missed.empty()) sentences.push_back(head + missed);
   }
 }
 

@@ -24,21 +24,34 @@ def _fits(value: Any, annotation: str) -> bool:
         return "None" in words or "Any" in words
     if isinstance(value, (str, bytes)):
         return bool(words & {"str", "Any", "PathLike", "object"})
-    if isinstance(value, int) and not isinstance(value, bool) and not 0 <= value < 2**63:
-        return "int" not in words  # sizes and counts refuse such integers
+    if isinstance(value, int) and not isinstance(value, bool) and not 0 <= value < 2**63 and "int" in words:
+        return False  # sizes and counts refuse such integers
     if "Callable" in words:
         return callable(value) or len(words & {"Any", "ArrayLike", "None"}) > 0 and "|" in annotation
     if words == {"int"} or words == {"int", "None"}:
         return isinstance(value, int) or hasattr(value, "__index__")
     if words == {"float"} or words == {"float", "None"}:
-        return hasattr(value, "__float__")
+        return hasattr(value, "__float__") and not (isinstance(value, int) and abs(value) >= 2**1024)
     if words == {"str"} or words == {"str", "None"}:
         return isinstance(value, str)
     return not ("Sequence" in words and not hasattr(value, "__len__"))
 
 
+def _shown(value: Any) -> str:
+    """repr, of long integers and texts the beginning."""
+    most, shown = 60, 20
+    if isinstance(value, int) and abs(value) >= 10**most:
+        digits = int(abs(value).bit_length() * 0.30102999566398120)  # or one more
+        digits += abs(value) >= 10**digits
+        return f"{'-' if value < 0 else ''}{abs(value) // 10 ** (digits - shown)}... ({digits} digits)"
+    text = repr(value)
+    return f"{text[:shown]}... ({len(value)} characters)" if isinstance(value, str) and len(text) > 2 * most else text
+
+
 def _expected(annotation: str, value: Any) -> str:
     plain = annotation.replace("collections.abc.", "").replace("dyntape._dyntape.", "").replace("numpy.typing.", "")
+    if isinstance(value, int) and "float" in plain:
+        return f"{plain}, below 1.8e308"
     if isinstance(value, int) and not isinstance(value, bool):
         return f"{plain}, not negative" if value < 0 else f"{plain}, below 2**63"
     return "an array of numbers" if plain == "ArrayLike" else plain
@@ -74,7 +87,7 @@ def of_arguments(function: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) 
         return f"{name} needs {' and '.join(missing)}: {shape}"
     for word, value in given.items():
         if word in known and not _fits(value, known[word]):
-            what = repr(value) if value is None or isinstance(value, (int, float, str)) else type(value).__name__
+            what = _shown(value) if value is None or isinstance(value, (int, float, str)) else type(value).__name__
             return f"{name}: {word} is {what}; expected {_expected(known[word], value)}"
     types = ", ".join(f"{word}: {type(value).__name__}" for word, value in given.items())
     wanted = ", ".join(f"{word}: {_expected(known.get(word, 'Any'), None)}" for word in given)

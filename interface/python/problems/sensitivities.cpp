@@ -1,27 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Derivatives of a solution of a Problem by its parameters and its start, as Python has them.
+// Derivatives of a solution of a Problem by its parameters and its start.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
 
 #include "../motions.h"
 #include "../problems.h"
 #include "../watch.h"
+#include "sensitivities.h"
 
 namespace dyntape::python {
 namespace {
 
 using Eigen::Index;
-
-struct ProblemSensitivities {
-  MotionSensitivities found;
-  Trajectory motion;       // its points and scheme
-  Index n_x, n_z;          // states; variables of a point
-  Index first_a, first_u;  // within a point
-};
 
 ProblemSensitivities sensitivities_of(const ProblemSolution& s) {
   if (s.solution->phases.size() != 1)
@@ -32,14 +25,8 @@ ProblemSensitivities sensitivities_of(const ProblemSolution& s) {
   return watched(nb::none(), [&](const Watch& watch) -> ProblemSensitivities {
     mesh.evaluation.stop = watch.stop;
     const StagedNlp nlp = discretize(s.problem, mesh);
-    const StagedPhase& phase = nlp.phase();
     MotionSensitivity sensitivity(s.problem, mesh);
-    return {sensitivity.at(nlp.problem(), s.solution->nlp),
-            motion,
-            phase.asked.n_x(),
-            Index(phase.n_z),
-            phase.problem.n_x(),
-            Index(phase.n_z) - phase.problem.n_u()};
+    return {sensitivity.at(nlp.problem(), s.solution->nlp), motion, nlp.problem()};
   });
 }
 

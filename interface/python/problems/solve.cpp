@@ -61,7 +61,7 @@ std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p,
   options.solver.max_iterations = max_iterations;
   const bool is_refined = refine.value_or(!intervals) && !spans_all;
   if (!is_refined) options.refinements = 0, options.is_graded = false;
-  warn_of_weak_motors(*p);
+  warn_of_unmet_demands(*p);
   Problem problem = p->problem;
   Solution solution;
   try {

@@ -47,7 +47,13 @@ void add_squares(P& p, const std::string& name, nb::handle f, double weight, nb:
 }
 
 void add_equality(P& p, const std::string& name, nb::handle f, nb::handle where) {
-  p.problem.add(placed(path_equality(name, stage_function_of(p, name, f)), where));
+  Term term = placed(path_equality(name, stage_function_of(p, name, f)), where);
+  std::optional<double> share;
+  if (term.where != Where::kRunning) share = term.where == Where::kTerminal ? 1 : term.share;
+  p.problem.add(std::move(term));
+  if (!nb::isinstance<PythonStageFunction>(f)) return;
+  const auto& target = nb::cast<const PythonStageFunction&>(f).target;
+  if (target) p.demands.push_back({*target, share, false, floor_under(p.scene, target->position)});
 }
 
 // A number for all entries, an array, or none.
@@ -99,8 +105,11 @@ FrameTarget target_of(const std::string& frame, nb::handle position, nb::handle 
 
 PythonStageFunction frame_error_of(const P& p, const std::string& frame, nb::handle position,
                                    nb::handle orientation) {
-  return {"frame_error of " + frame,
-          p.of_all(frame_error(scene_of(p, "frame_error"), target_of(frame, position, orientation)))};
+  const FrameTarget target = target_of(frame, position, orientation);
+  PythonStageFunction error{"frame_error of " + frame,
+                            p.of_all(frame_error(scene_of(p, "frame_error"), target))};
+  if (target.position) error.target = {frame, *target.position};
+  return error;
 }
 
 std::optional<nb::object> inverse_kinematics_of(const P& p, const std::string& frame, nb::handle position,
@@ -145,13 +154,18 @@ void keep_clear_of(P& p, nb::handle body, nb::handle obstacle, double least) {
   p.problem.add(std::move(term));
 }
 
-void swing_clearance_of(P& p, const std::string& frame, nb::handle start, nb::handle end, double clearance) {
+void swing_clearance_of(P& p, const std::string& frame, nb::handle start, nb::handle end, double clearance,
+                        std::optional<double> floor) {
   HeldContact foot{.frame = frame};
   foot.place = vector_of(start, "swing_clearance: start", 3);
-  Term term = swing_clearance(scene_of(p, "swing_clearance"), foot, vector_of(end, "swing_clearance: end", 3),
-                              clearance);
+  const Eigen::Vector3d foothold = vector_of(end, "swing_clearance: end", 3);
+  Term term = swing_clearance(scene_of(p, "swing_clearance"), foot, foothold, clearance);
   term.function = p.of_all(term.function);
   p.problem.add(std::move(term));
+  if (!floor) floor = floor_under(p.scene, foothold);
+  const bool steps_down = foothold.z() < foot.place->z() && floats(p.scene.model);
+  if (!floor && steps_down) floor = 0;
+  p.demands.push_back({{frame, foothold}, 1.0, true, floor});
 }
 
 // Bounds of the states from the robot's limits.
@@ -221,7 +235,11 @@ void bind_terms(nb::class_<P>& problem) {
                       "orientation: ArrayLike | None = None) -> StageFunction"),
               "How far a frame is from where it shall be: position (3,), m; orientation (3,) roll, pitch, "
               "yaw, rad, or a\n"
-              "rotation (3, 3); one or both.");
+              "rotation (3, 3); one or both.\n\n"
+              "As an equality it is checked before a solve: a position that no configuration within limits "
+              "reaches is a warning, in\n"
+              "metres.\n\n"
+              ">>> p.add_equality(\"there\", p.frame_error(\"hand\", [0.3, 0.0, 0.5]), where=\"end\")");
   problem.def("inverse_kinematics", inverse_kinematics_of, nb::arg("frame"), nb::arg("position") = nb::none(),
               nb::arg("orientation") = nb::none(), nb::arg("q") = nb::none(),
               nb::sig("def inverse_kinematics(self, frame: str, position: ArrayLike | None = None, "
@@ -239,14 +257,18 @@ void bind_terms(nb::class_<P>& problem) {
       "obstacle: the same without a frame, in the world.");
   problem.def(
       "swing_clearance", swing_clearance_of, nb::arg("frame"), nb::arg("start"), nb::arg("end"),
-      nb::arg("clearance"),
-      nb::sig("def swing_clearance(self, frame: str, start: ArrayLike, end: ArrayLike, clearance: float) -> "
-              "None"),
+      nb::arg("clearance"), nb::kw_only(), nb::arg("floor") = nb::none(),
+      nb::sig("def swing_clearance(self, frame: str, start: ArrayLike, end: ArrayLike, clearance: float, *, "
+              "floor: float | None = None) -> None"),
       "Keeps a frame's origin above the straight line from start to end, both (3,), m, in the world.\n\n"
       "At the share s of the way over the ground the height is 4 s (1 - s) clearance, m: zero at both ends, "
       "largest in the\n"
       "middle.  Where start and end are one above the other, the origin is that high at half of the "
-      "duration.");
+      "duration.\n\n"
+      "floor: its height, m; by default that of the scene, or 0 where a floating robot steps down.  A solve "
+      "warns, in metres, of\n"
+      "an end below the floor and of one\n"
+      "that no configuration within the limits of the joints reaches.");
 }
 
 }  // namespace dyntape::python

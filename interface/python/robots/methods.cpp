@@ -173,10 +173,10 @@ std::string documentation(const Method& method, const RobotFunction& function,
   for (const RobotBlock& output : outputs)
     text += (&output == &outputs.front() ? " " : ", ") + output.name + " " + python_shape(output.shape);
   text +=
-      ".\n\nroute: \"analytic\", plain double code; \"lanes\", the same several states at a time; \"tape\", "
-      "the "
-      "recorded value, "
-      "interpreted; \"generated\", compiled C";
+      ".\n\nroute: \"analytic\", plain double code; \"lanes\", the same several states at a time, and as "
+      "machine "
+      "code after "
+      "some thousand states; \"tape\", the recorded value, interpreted; \"generated\", compiled C";
   if (is_derivative(function)) text += "; \"fd-forward\", \"fd-central\", differences of the value";
   text += ".  By default \"analytic\" for one state and \"lanes\" for batches.\n";
   if (method.has_frame)

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/report/plot/curves.h>
@@ -153,22 +154,62 @@ Groups groups_of_controls(const Task& task, Eigen::Index rows) {
   return groups;
 }
 
-// Limits that a curve comes near to, by three quarters of its range, of many curves only those that it all but meets; and those
-// that no curve crosses and that make the picture no more than half as tall again.  The others would squeeze or mislead.
-std::vector<io::ReferenceLine> near_limits(const MatrixXd& curves, const Bounds& limits) {
-  std::set<double> shown;
-  const double near = curves.rows() > 3 ? 0.97 : 0.75;
+// A limit that is drawn, and the curves that come near it.
+struct NearLimit {
+  std::set<Eigen::Index> curves;
+  bool is_of_all = true;  // every curve of the panel has this limit
+};
+
+// Returns the limits that their own curves come near: by three quarters of the range between the limits (97 % in panels of many
+// curves), or within a quarter of the panel's height, if no curve is beyond them.
+std::map<double, NearLimit> near_limits(const MatrixXd& curves, const Bounds& limits) {
+  std::map<double, NearLimit> near;
+  const double share = curves.rows() > 3 ? 0.97 : 0.75;
   const double low = curves.minCoeff(), high = curves.maxCoeff(), beside = 0.25 * (high - low);
   for (Eigen::Index i = 0; i < curves.rows(); ++i) {
     const double lower = limits.lower[i], upper = limits.upper[i];
     if (!std::isfinite(lower) || !std::isfinite(upper)) continue;
-    if (lower <= low && lower > low - beside) shown.insert(lower);
-    if (upper >= high && upper < high + beside) shown.insert(upper);
-    if (curves.row(i).maxCoeff() > lower + near * (upper - lower)) shown.insert(upper);
-    if (curves.row(i).minCoeff() < upper - near * (upper - lower)) shown.insert(lower);
+    const double lowest = curves.row(i).minCoeff(), highest = curves.row(i).maxCoeff();
+    if (highest > lower + share * (upper - lower) || (upper >= high && upper < highest + beside))
+      near[upper].curves.insert(i);
+    if (lowest < upper - share * (upper - lower) || (lower <= low && lower > lowest - beside))
+      near[lower].curves.insert(i);
   }
+  for (auto& [value, limit] : near)
+    limit.is_of_all = (limits.lower.array() == value || limits.upper.array() == value).all();
+  return near;
+}
+
+// "limit of elbow, wrist +1".
+std::string label_of(const NearLimit& limit, const std::vector<std::string>& names) {
+  constexpr std::size_t kMostNames = 2;
+  if (limit.is_of_all) return "limit of all";
+  std::string text;
+  std::size_t left = limit.curves.size();
+  for (const Eigen::Index i : limit.curves) {
+    if (limit.curves.size() - left == kMostNames) break;
+    text += (text.empty() ? "limit of " : ", ") + names[std::size_t(i)];
+    --left;
+  }
+  return left > 0 ? text + " +" + std::to_string(left) : text;
+}
+
+// Lines for these limits, in a panel of curves from `low` to `high`.  If all curves have the same limits, the first line is labelled
+// "limit"; otherwise each line says whose limit it is, since other curves may cross it.
+std::vector<io::ReferenceLine> limit_lines(const std::map<double, NearLimit>& limits,
+                                           const std::vector<std::string>& names, double low, double high) {
+  constexpr double kOneLabel = 0.08;  // of the panel's height: labels that are closer overlap
+  if (limits.empty()) return {};
+  const double height = std::max(high, limits.rbegin()->first) - std::min(low, limits.begin()->first);
+  const bool are_of_all =
+      std::all_of(limits.begin(), limits.end(), [](const auto& limit) { return limit.second.is_of_all; });
   std::vector<io::ReferenceLine> lines;
-  for (double value : shown) lines.push_back({value, lines.empty() ? "limit" : ""});
+  for (const auto& [value, limit] : limits) {
+    std::string text = are_of_all ? lines.empty() ? "limit" : "" : label_of(limit, names);
+    if (!are_of_all && !lines.empty() && value - lines.back().value < kOneLabel * height)
+      text = std::exchange(lines.back().text, "") + "; " + text;
+    lines.push_back({value, text});
+  }
   return lines;
 }
 
@@ -230,7 +271,8 @@ void add_panels(io::Plot& plot, const Groups& groups, const std::vector<std::str
     const std::string limb = quantity.limb.empty() ? "" : common_beginning(own_names);
     io::Panel p = io::over_time(quantity.title + (limb.empty() ? "" : ", " + limb), quantity.unit, own_names,
                                 motion.t, own);
-    p.horizontal = near_limits(own, {limits.lower(rows), limits.upper(rows)});
+    p.horizontal = limit_lines(near_limits(own, {limits.lower(rows), limits.upper(rows)}), own_names,
+                               own.minCoeff(), own.maxCoeff());
     p.y_limits = without_noise(own, largest[quantity.unit]);
     if (targets.rows() > 0) add_targets(p, own_names, motion.t, targets(rows, Eigen::all));
     plot.panels.push_back(std::move(p));

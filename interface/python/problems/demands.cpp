@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a robot's problem demands and its robot cannot do: warnings before a solve.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/motion/standing.h>
+
+#include "../problems.h"
+
+namespace dyntape::python {
+namespace {
+
+void warn(const std::string& sentence) {
+  if (sentence.empty()) return;
+  if (PyErr_WarnEx(PyExc_UserWarning, sentence.c_str(), 1) < 0) nb::raise_python_error();
+}
+
+std::string noun(bool is_foothold) { return is_foothold ? "foothold" : "target"; }
+
+// The robot with the problem's bounds for the limits of its joints.
+RobotScene with_bounds(const PythonProblem& p) {
+  RobotScene scene = p.scene;
+  for (auto& joint : scene.model.joints) {
+    if (!dynamics::traits(joint.type).on_a_line) continue;
+    joint.limits.lower = p.problem.x.lower[joint.idx_q];
+    joint.limits.upper = p.problem.x.upper[joint.idx_q];
+  }
+  return scene;
+}
+
+using Feet = std::vector<std::pair<std::string, Eigen::Vector3d>>;
+
+// Positions that are demanded at that share of the duration; none: those that are demanded all along.
+Feet demanded_at(const PythonProblem& p, std::optional<double> share, bool& are_footholds) {
+  Feet feet;
+  are_footholds = true;
+  for (const PythonProblem::Demand& demand : p.demands) {
+    if (demand.share && demand.share != share) continue;
+    const std::pair<std::string, Eigen::Vector3d> foot{demand.at.frame, demand.at.position};
+    if (std::find(feet.begin(), feet.end(), foot) == feet.end()) feet.push_back(foot);
+    are_footholds = are_footholds && demand.is_foothold;
+  }
+  return feet;
+}
+
+void warn_of_footholds(const PythonProblem& p) {
+  for (const PythonProblem::Demand& demand : p.demands) {
+    if (demand.floor)
+      warn(below_floor(demand.at.frame, demand.at.position, *demand.floor, noun(demand.is_foothold)));
+  }
+  if (p.demands.empty() || p.tied) return;
+  std::set<std::optional<double>> shares;
+  for (const PythonProblem::Demand& demand : p.demands) shares.insert(demand.share);
+  if (shares.size() > 1) shares.erase(std::nullopt);  // part of every instant
+  const RobotScene scene = with_bounds(p);
+  Eigen::VectorXd q = p.problem.start.head(p.nq());
+  if (!q.allFinite()) q = dynamics::neutral(scene.model);
+  for (const std::optional<double>& share : shares) {
+    bool are_footholds = false;
+    const Feet feet = demanded_at(p, share, are_footholds);
+    const std::string missed = missed_feet(scene, q, feet, noun(are_footholds));
+    if (!missed.empty()) warn((share ? "at " + name_of_instant(*share) : "all along") + ": " + missed);
+  }
+}
+
+}  // namespace
+
+std::optional<double> floor_under(const RobotScene& scene, const Eigen::Vector3d& position) {
+  constexpr double kFloor = 0.5;  // of a normal's z; steeper ones are walls
+  std::optional<double> lowest;
+  const auto add = [&](const dynamics::Ground<double>& ground) {
+    const auto below = ground.below(position);
+    if (!(below.normal.z() > kFloor)) return;
+    const double height = position.z() - below.distance / below.normal.z();
+    lowest = std::min(lowest.value_or(height), height);
+  };
+  if (!scene.effects.contacts.empty()) add(scene.effects.contacts.ground);
+  for (const dynamics::RigidContact& contact : scene.constraints.rigid.contacts) {
+    if (contact.plane_body >= 0) continue;
+    dynamics::Ground<double> plane;
+    plane.normal = contact.normal, plane.offset = contact.offset;
+    add(plane);
+  }
+  return lowest;
+}
+
+void warn_of_unmet_demands(const PythonProblem& p) {
+  if (!p.is_robot) return;
+  if (!p.tied) warn(weak_motors(p.scene, p.options, p.problem, p.problem.start));
+  warn_of_footholds(p);
+}
+
+}  // namespace dyntape::python

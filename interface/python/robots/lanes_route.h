@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The default route of batches: plain double code in packs, and for many states machine code with the same bits.
+//
+//   const auto route = make_lanes_route(model, RobotFunction("rnea"));
+//   route->evaluate(states, count, results);        // from any thread; a column per state
+//
+// After some thousand states the function is recorded and becomes machine code, within milliseconds, which leaves out the
+// zeros of the robot's constants: 3 to 5 times as fast.  It runs the operations of the plain code in their order, so its
+// results are equal to the last bit, with three exceptions (autodiff/graph/graph.h): the sign of a zero, values that are
+// not finite, and intermediate values that overflow.  A state with such a result, or with an input above 1e30, is evaluated
+// again by the plain code.  So bits never depend on the path, the number of threads or the other states of a batch.
+//
+// Functions that factorise matrices, second derivatives, and robots with mimic joints stay with packs; so do functions
+// with a result that is always zero.
+#pragma once
+
+#include <memory>
+
+#include "../robot_routes.h"
+
+namespace dyntape::python {
+
+std::shared_ptr<RobotPath> make_lanes_route(const dynamics::Model<double>& model,
+                                            const RobotFunction& function);
+
+}  // namespace dyntape::python
