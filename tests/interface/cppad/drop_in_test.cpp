@@ -71,7 +71,7 @@ TEST(CppadDropIn, HandlerGetsDocumentedWordsOfAbort) {
   EXPECT_EQ(message_of([] {
               AVector x(1);
               Independent(x, 1);
-              const ADouble y = sin(x[0]) * x[0] + exp(x[0]);
+              [[maybe_unused]] const ADouble y = sin(x[0]) * x[0] + exp(x[0]);
             }),
             "Operator index equals abort_op_index in Independent");
   ADouble::abort_recording();
