@@ -5,6 +5,7 @@
 #include <cppad/cg.hpp>
 #include <cppad/cg/cppadcg.hpp>
 #include <cppad/cppad.hpp>
+#include <cppad/example/cppad_eigen.hpp>
 
 #include <type_traits>
 
@@ -136,6 +137,14 @@ TEST(CppadDropIn, SetsEndWithTheirEnd) {
   std::vector<std::size_t> found;
   for (; *at != sets.end(); ++at) found.push_back(*at);
   EXPECT_EQ(found, (std::vector<std::size_t>{1, 5}));
+}
+
+TEST(CppadDropIn, NumbersAreClassifiedByBothNamespaces) {
+  using std::isnan;
+  const ADouble nan = kNan, infinite = kInf;
+  EXPECT_TRUE(isnan(nan) && std::isnan(nan) && CppAD::isnan(nan));
+  EXPECT_TRUE(std::isinf(infinite) && !std::isnan(infinite) && !std::isinf(nan));
+  EXPECT_TRUE((Eigen::Matrix<ADouble, 2, 1>(nan, 1.0).hasNaN()));
 }
 
 }  // namespace
