@@ -5,12 +5,13 @@ include(GNUInstallDirs)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyntape)
 set(libraries dyntape_options dyntape_native dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions dyntape_codegen dyntape_interface
-  dyntape_scalars dyntape_cppad dyntape_cppad_drop_in)
+  dyntape_scalars dyntape_cppad dyntape_cppad_drop_in
+  dyntape_cppad_ipopt)
 install(TARGETS ${libraries} EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 # The same in the build folder, and what the Python module needs besides.
 export(TARGETS ${libraries} dyntape_warnings dyntape_commands dyntape_command_line FILE ${PROJECT_BINARY_DIR}/dyntape_libraries.cmake)
 # All that is installed whatever else is built.
-list(FILTER libraries EXCLUDE REGEX "_(options|native|drop_in)$")  # nothing to build
+list(FILTER libraries EXCLUDE REGEX "_(options|native|drop_in|ipopt)$")  # nothing to build
 add_custom_target(dyntape_libraries DEPENDS dyntape_cli ${libraries})
 install(EXPORT dyntape FILE dyntapeTargets.cmake NAMESPACE dyntape:: DESTINATION ${package_dir})
 install(TARGETS dyntape_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

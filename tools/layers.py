@@ -66,7 +66,7 @@ ROOMS = {
     'interface/cppad/cg': [*AUTODIFF, *GENERATE, 'codegen/system', 'codegen/build', 'codegen/print', 'codegen/schedule', 'interface/cppad',
                            'interface/cppad/nodes'],
     'interface/cppad/graph': [*AUTODIFF, 'interface/cppad', 'interface/cppad/bases', 'interface/cppad/nodes'],
-    'interface/cppad/drop_in': ['interface/cppad', 'interface/cppad/cg', 'interface/cppad/nodes'],
+    'interface/cppad/drop_in': ['interface/cppad', *(f'interface/cppad/{name}' for name in ('cg', 'nodes', 'utilities'))],
     'interface/report/plot': ['codegen/system', IO],
     'interface/report/player': [*DYNAMICS, 'dynamics/urdf', IO],
     'interface/system': [*AUTODIFF, *DYNAMICS, 'dynamics/simulation', *GENERATE, IO, 'interface/robot'],

@@ -97,6 +97,12 @@ void PrintFor(const char* before, const AD<Base>& value) {
   detail::record_print(AD<Base>(0), before, value, "");
 }
 
+// Reads the variables with which a result was NaN.  `file` is the name in the message that the error handler got.
+template <class Base>
+void get_check_for_nan(vector<Base>& vec, const std::string& file) {
+  detail::read_temporary(file, vec.data(), vec.size() * sizeof(Base));
+}
+
 template <class Base, class RecBase = Base>
 class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
  public:
@@ -237,7 +243,8 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Size CompareChange() const { return core().changes(); }
   // Not in CppAD: if set, Forward throws GuardViolation with the place of the comparison instead of counting.
   void check_branches(bool yes) { core().throws_on_change() = yes; }
-  // If set, order-zero Forward throws NumericalError if a result is NaN, and names the operation.
+  // If set, order-zero Forward throws NumericalError if a result is NaN, and names the operation.  If the program
+  // installed an ErrorHandler, the handler gets CppAD's message with the file for get_check_for_nan() before.
   void check_for_nan(bool yes) { core().check_for_nan(yes); }
   bool check_for_nan() const { return core().checks_nan(); }
 
@@ -268,7 +275,8 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   // to_library() (library.h) also compiles, caches and differentiates.
   void to_csrc(std::ostream& out, const std::string& type) const requires(std::is_floating_point_v<Base>) {
     const auto& recording = core().recording();
-    detail::write_csrc(out, *recording.function, recording.kernels, Range(), name_, type);
+    detail::write_csrc(out, *recording.function, recording.kernels, recording.guard_counts, Range(), name_,
+                       type);
   }
 
   // --- CppAD's formats (graph/cpp_graph.h): written by ADFun<double>, read by ADFun<double> and ADFun<AD<double>> ---

@@ -6,7 +6,7 @@
 //   ax = 2.0 * ax + Eigen::VectorXd::Ones(3).cast<CppAD::AD<double>>();
 #pragma once
 
-#include <dyntape/interface/cppad/ad.h>
+#include <dyntape/interface/cppad/conditions.h>
 
 namespace CppAD::inline dyntape_names::detail {
 template <class Base>
@@ -124,3 +124,13 @@ AD<Base> abs2(const AD<Base>& x) {
 }
 
 }  // namespace CppAD::inline dyntape_names
+
+// CppAD's header for Eigen has these.  The constraint prefers them where both namespaces are searched.
+namespace std {
+template <class Base>
+requires CppAD::detail::IsBase<Base>
+bool isnan(const CppAD::AD<Base>& x) { return CppAD::isnan(x); }
+template <class Base>
+requires CppAD::detail::IsBase<Base>
+bool isinf(const CppAD::AD<Base>& x) { return CppAD::isinf(x); }
+}  // namespace std

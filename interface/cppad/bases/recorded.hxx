@@ -21,9 +21,11 @@ bool is_on(const Tape<Base>* tape, const AD<Base>& x) {
 template <class Base>
 void check_length(const Tape<Base>& tape) {
   if (tape.begin.abort_op_index == 0) return;
-  if (tape.graph.size() > tape.begin.abort_op_index)
+  if (tape.graph.size() > tape.begin.abort_op_index) {
+    call_handler("Operator index equals abort_op_index in Independent");  // as CppAD documents
     refuse_recording("Independent: operation " + std::to_string(tape.begin.abort_op_index) +
                      ", at which the recording" + begun_at(tape.begin) + " was interrupted, is reached");
+  }
 }
 
 template <class Base>
@@ -95,7 +97,10 @@ void guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expected, const cha
   const NodeId condition = tape->graph.make(op, a, b);
   if (tape->graph.is_constant(condition)) return;
   check_length(*tape);
-  tape->guard(condition, expected, file, line);
+  if (tape->guarded.contains(condition))
+    ++tape->repeats[condition];
+  else
+    tape->guard(condition, expected, file, line);
 }
 
 template <Row row, class Base>
@@ -272,7 +277,11 @@ std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::siz
   function.inputs = {tape->variables.size(), tape->dynamics.size(), tape->captured.size()};
   recording->function = std::make_shared<const Function>(std::move(function));
   recording->range = n_y;
-  for (const Guard& guard : tape->guards) recording->guard_places.push_back(guard.condition);
+  for (const Guard& guard : tape->guards) {
+    recording->guard_places.push_back(guard.condition);
+    const auto repeats = tape->repeats.find(guard.condition);
+    recording->guard_counts.push_back(repeats == tape->repeats.end() ? 1 : 1 + repeats->second);
+  }
   recording->kernels = std::move(tape->kernels);
   recording->captured = std::move(tape->captured);
   recording->variables = std::move(tape->variables);
@@ -293,6 +302,7 @@ std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Ba
                                                                      of.range,
                                                                      of.prints,
                                                                      of.guard_places,
+                                                                     of.guard_counts,
                                                                      of.kernels,
                                                                      {},
                                                                      numbers(of.variables),

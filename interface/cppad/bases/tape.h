@@ -26,6 +26,7 @@ struct Tape : dyntape::detail::Tape {
   };
   std::vector<PrintNodes> prints;
   Kernels kernels;
+  std::unordered_map<NodeId, std::size_t> repeats;  // of guards, by their conditions
   std::vector<Base> variables, dynamics;
   Begin begin;
 

@@ -99,8 +99,9 @@ void write_called(std::ostream& out, const Callee& callee, const KernelName& cal
 
 }  // namespace
 
-void write_csrc(std::ostream& out, const Function& function, const Kernels& kernels, std::size_t range,
-                const std::string& name, const std::string& type) {
+void write_csrc(std::ostream& out, const Function& function, const Kernels& kernels,
+                const std::vector<std::size_t>& guard_counts, std::size_t range, const std::string& name,
+                const std::string& type) {
   const bool single = cg::is_single("to_csrc", type);
   if (name.empty()) refuse("to_csrc: the function has no name, expected function_name_set(...) before it");
   Function values = function;
@@ -120,8 +121,12 @@ void write_csrc(std::ostream& out, const Function& function, const Kernels& kern
     callees[callee.get()].name = macro;
   }
   const std::size_t n_p = values.n_p(), n_u = n_p + values.n_x();
+  std::ostringstream counts;  // of equal comparisons
+  for (std::size_t k = 0; k < values.guards.size(); ++k)
+    counts << "#define dt_count_" << k + 1 << "u " << (guard_counts.empty() ? 1 : guard_counts[k]) << "\n";
   out << "#include <math.h>\n#include <stddef.h>\n\n"
-         "#define DT_CHECK(violated, k) if (violated) ++*compare_change\n\n"
+         "#define DT_CHECK(violated, k) if (violated) *compare_change += dt_count_##k\n"
+      << counts.str() << "\n"
       << declarations.str() << "int cppad_jit_" << name << "(size_t nu, const " << type << "* u, size_t ny, "
       << type << "* y, size_t* compare_change) {\n"
       << "  const " << type << " *const p = u, *const x = u + " << n_p << ";\n"

@@ -76,6 +76,7 @@ class Fun {
   void count_changes(std::size_t from) { change_count_ = from; }
   std::size_t changes() const;
   std::size_t change_op_index() const;
+  std::size_t count_of(std::size_t guard) const;  // comparisons of the program that it stands for
   void check_for_nan(bool yes) { checks_nan_ = yes, told_nan_ = true; }
   bool checks_nan() const { return checks_nan_; }
 

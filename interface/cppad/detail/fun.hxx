@@ -256,6 +256,16 @@ void Fun<Base>::after_order_zero(std::ostream& out) {
 template <class Base>
 void Fun<Base>::check_numbers(const Values& y) const {
   if (!told_nan_ || !checks_nan_ || !hasnan(y)) return;
+  if constexpr (std::is_trivially_copyable_v<Base>) {
+    if (has_handler()) {
+      const Values& x = inputs_[0][0];
+      std::size_t i = 0;
+      while (!isnan(y[i])) ++i;
+      call_handler("Forward: a result is not a number.\nvector_size = " + std::to_string(x.size()) +
+                   "\nfile_name = " + write_temporary(x.data(), x.size() * sizeof(Base)) +
+                   "\nindex = " + std::to_string(i) + "\n");
+    }
+  }
   std::string where;
   if constexpr (std::is_same_v<Base, double>) {
     where = first_not_finite(*recording_->function, inputs_[0][0].data(), dynamics_.data(),
@@ -266,17 +276,30 @@ void Fun<Base>::check_numbers(const Values& y) const {
 }
 
 template <class Base>
+std::size_t Fun<Base>::count_of(std::size_t guard) const {
+  return recording_->guard_counts.empty() ? 1 : recording_->guard_counts[guard];
+}
+
+template <class Base>
 std::size_t Fun<Base>::changes() const {
-  return change_count_ == 0 || runs_.empty() || stale_ ? 0 : runs_[0]->taylor.violated_guards();
+  if (change_count_ == 0 || runs_.empty() || stale_) return 0;
+  const Taylor<Base>& run = runs_[0]->taylor;
+  std::size_t count = 0;
+  for (std::size_t i = run.violated_guard(0); i != SIZE_MAX; i = run.violated_guard(i + 1))
+    count += count_of(i);
+  return count;
 }
 
 template <class Base>
 std::size_t Fun<Base>::change_op_index() const {
   if (change_count_ == 0 || runs_.empty() || stale_ || recording_->guard_places.empty()) return 0;
-  std::size_t guard = runs_[0]->taylor.violated_guard(0);
-  for (std::size_t k = 1; k < change_count_ && guard != SIZE_MAX; ++k)
-    guard = runs_[0]->taylor.violated_guard(guard + 1);
-  return guard == SIZE_MAX ? 0 : recording_->guard_places[guard];
+  const Taylor<Base>& run = runs_[0]->taylor;
+  std::size_t guard = run.violated_guard(0);
+  for (std::size_t count = 0; guard != SIZE_MAX; guard = run.violated_guard(guard + 1)) {
+    count += count_of(guard);
+    if (count >= change_count_) return recording_->guard_places[guard];
+  }
+  return 0;
 }
 
 }  // namespace CppAD::inline dyntape_names::detail

@@ -265,7 +265,7 @@ template <class Base>
 void Fun<Base>::optimize(bool without_compare, bool without_print) {
   auto shorter = std::make_shared<Recording<Base>>(*recording_);
   Function function = *recording_->function;
-  if (without_compare) function.guards.clear();
+  if (without_compare) function.guards.clear(), shorter->guard_counts.clear();
   shorter->guard_places.clear();
   if (without_print) function.outputs.resize(range()), shorter->prints.clear();
   shorter->function = std::make_shared<const Function>(compact(function));

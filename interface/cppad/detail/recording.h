@@ -64,6 +64,7 @@ struct Recording {
   std::vector<Print> prints;
   std::vector<std::size_t>
       guard_places;  // of their conditions, as Independent counts operations; empty: not known
+  std::vector<std::size_t> guard_counts;  // of the comparisons that each guard stands for; empty: one each
   Kernels kernels;
   std::vector<Base> captured;             // what a base that records took for a constant
   std::vector<Base> variables, dynamics;  // their values when it was recorded
@@ -113,12 +114,19 @@ AbsNormal<Base> abs_normal_of(const Recording<Base>& f);
 template <class Base>
 std::shared_ptr<const Recording<double>> recording_of_numbers(const Recording<Base>& of, const char* who);
 // C of the values, as CppAD's to_csrc writes it (cg/code_handler.cpp).
-void write_csrc(std::ostream& out, const Function& function, const Kernels& kernels, std::size_t range,
-                const std::string& name, const std::string& type);
+void write_csrc(std::ostream& out, const Function& function, const Kernels& kernels,
+                const std::vector<std::size_t>& guard_counts, std::size_t range, const std::string& name,
+                const std::string& type);
 template <class Base>
 bool is_recording();
 
-[[noreturn]] void refuse(const std::string& sentence);            // ArgumentError
-[[noreturn]] void refuse_recording(const std::string& sentence);  // RecordingError
+// The error handler of this thread, if the program installed one; without one, or if it returns, the caller throws.
+bool has_handler();
+void call_handler(const std::string& message);
+// A new file in the folder of temporary files; returns its name, or nothing if it could not be written.
+std::string write_temporary(const void* bytes, std::size_t count);
+void read_temporary(const std::string& name, void* bytes, std::size_t count);  // ArgumentError
+[[noreturn]] void refuse(const std::string& sentence);                         // ArgumentError
+[[noreturn]] void refuse_recording(const std::string& sentence);               // RecordingError
 
 }  // namespace CppAD::inline dyntape_names::detail

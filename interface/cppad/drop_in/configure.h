@@ -18,10 +18,12 @@
 #define CPPAD_BOOSTVECTOR 0
 #define CPPAD_EIGENVECTOR 0
 
-// Packages that CppAD calls, and this layer does not.
+// Packages that CppAD calls.
 #define CPPAD_HAS_ADOLC 0
 #define CPPAD_HAS_COLPACK 0
-#define CPPAD_HAS_IPOPT 0
+#ifndef CPPAD_HAS_IPOPT
+#define CPPAD_HAS_IPOPT 0  // 1 for programs that link dyntape::cppad_ipopt
+#endif
 #if __has_include(<Eigen/Core>)
 #define CPPAD_HAS_EIGEN 1
 #else

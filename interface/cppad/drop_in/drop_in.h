@@ -45,4 +45,5 @@
 #include <dyntape/interface/cppad/cg/dll_lib.h>
 #include <dyntape/interface/cppad/cppad.h>
 #include <dyntape/interface/cppad/drop_in/configure.h>
+#include <dyntape/interface/cppad/drop_in/old_names.h>
 #include <dyntape/interface/cppad/nodes/user_atomic.h>

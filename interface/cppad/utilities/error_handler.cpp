@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/cppad/utilities/error_handler.h>
 
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <string>
+
+#include <unistd.h>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/cppad/detail/recording.h>
@@ -23,13 +29,33 @@ void ErrorHandler::Call(bool known, int line, const char* file, const char* exp,
 
 namespace detail {
 
+bool has_handler() { return current_handler != nullptr; }
+void call_handler(const std::string& message) {
+  thread_local std::string last_message;  // handlers throw the pointer to it
+  last_message = message;
+  if (current_handler) current_handler(true, 0, "dyntape", "", last_message.c_str());
+}
 void refuse(const std::string& sentence) {
-  if (current_handler) current_handler(true, 0, "dyntape", "", sentence.c_str());
+  call_handler(sentence);
   throw ArgumentError(sentence);
 }
 void refuse_recording(const std::string& sentence) {
-  if (current_handler) current_handler(true, 0, "dyntape", "", sentence.c_str());
+  call_handler(sentence);
   throw RecordingError(sentence);
+}
+
+std::string write_temporary(const void* bytes, std::size_t count) {
+  std::string name = (std::filesystem::temp_directory_path() / "check_for_nan_XXXXXX").string();
+  const int descriptor = mkstemp(name.data());
+  std::FILE* const file = descriptor < 0 ? nullptr : fdopen(descriptor, "wb");
+  if (!file) return "";
+  const bool written = std::fwrite(bytes, 1, count, file) == count;
+  return std::fclose(file) == 0 && written ? name : "";
+}
+void read_temporary(const std::string& name, void* bytes, std::size_t count) {
+  std::ifstream file(name, std::ios::binary);
+  if (!file.read(static_cast<char*>(bytes), static_cast<std::streamsize>(count)))
+    refuse("get_check_for_nan: \"" + name + "\" does not have " + std::to_string(count) + " bytes");
 }
 
 }  // namespace detail

@@ -206,6 +206,25 @@ TEST(CppadBranches, ChangesAreCountedAndFound) {
   EXPECT_EQ(f.compare_change_number(), 0u);
 }
 
+TEST(CppadBranches, EachOfEqualComparisonsIsCounted) {
+  ADFun<double> f = recorded({1, 2}, [](const AVector& x) -> std::vector<ADouble> {
+    const bool truths[] = {x[0]<x[1], x[1]> x[0], x[0] < x[1], x[0] <= x[1]};
+    return {truths[0] && truths[1] && truths[2] && truths[3] ? x[0] : x[1]};
+  });
+  f.Forward(0, DVector{3, 2});
+  EXPECT_EQ(f.compare_change_number(), 4u);
+  f.compare_change_count(3);
+  const std::size_t third = f.compare_change_op_index();
+  f.compare_change_count(4);
+  EXPECT_GT(f.compare_change_op_index(), third);
+  f.compare_change_count(5);
+  EXPECT_EQ(f.compare_change_op_index(), 0u);
+  f.compare_change_count(1);
+  f.optimize();
+  f.Forward(0, DVector{2, 2});
+  EXPECT_EQ(f.compare_change_number(), 3u) << "2 is not less than 2";
+}
+
 // Whose index Independent takes to stop at the comparison.
 TEST(CppadBranches, TheIndexOfAChangeIsThatOfTheRecording) {
   int compared = 0;
