@@ -54,9 +54,7 @@ class Taylor {
     return is_at_point_ ? Series<T>::constant(point_[id]) : values_[id];
   }
   Series<T> output(std::size_t i) const { return (*this)[function_->outputs[i]]; }
-  // The number of recorded branches that the values leave; index of the first such branch from `first` on, or
-  // SIZE_MAX.
-  std::size_t violated_guards() const;
+  // The index of the first recorded branch from `first` on that the values leave, or SIZE_MAX.
   std::size_t violated_guard(std::size_t first) const;
 
   // Adjoints of the variables at the point of the last forward(); a variable that no output depends on gets

@@ -170,13 +170,6 @@ std::size_t Taylor<T>::violated_guard(std::size_t first) const {
 }
 
 template <class T>
-std::size_t Taylor<T>::violated_guards() const {
-  std::size_t count = 0;
-  for (std::size_t i = violated_guard(0); i != SIZE_MAX; i = violated_guard(i + 1)) ++count;
-  return count;
-}
-
-template <class T>
 void Taylor<T>::reverse_call(NodeId call, const Many& of_results, std::size_t orders, Many& adjoints) const {
   const Graph& graph = function_->graph;
   const auto lowest = [orders](const Many& all) {

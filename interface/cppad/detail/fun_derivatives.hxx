@@ -284,6 +284,7 @@ std::shared_ptr<Fun<AD<Base>>> on_recorded(const Fun<Base>& fun) {
   recording->function = from.function;
   recording->range = from.range;
   recording->prints = from.prints;
+  recording->guard_counts = from.guard_counts;
   recording->kernels = from.kernels;
   recording->captured.assign(from.captured.begin(), from.captured.end());
   recording->variables.assign(from.variables.begin(), from.variables.end());

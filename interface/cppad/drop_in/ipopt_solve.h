@@ -10,7 +10,7 @@
 //   CppAD::ipopt::solve("Integer print_level 0\nNumeric tol 1e-9\n", xi, xl, xu, gl, gu, fg_eval, solution);
 //
 // A line of options is `Integer`, `Numeric` or `String` with the name and the value of an option of Ipopt,
-// `Retape true` or `false`, or `Sparse true forward`, `Sparse true reverse` or `Sparse false forward`.  With
+// `Retape true` or `false`, or `Sparse true forward`, `Sparse true reverse` or `Sparse false`.  With
 // `Retape true` each point is recorded, with dense derivatives.  Otherwise the recording at xi is used for all points,
 // always with sparse derivatives.  ArgumentError: sizes differ, or an option does not exist.  Exceptions of fg_eval
 // are passed on.
@@ -88,7 +88,7 @@ inline bool read_options(const std::string& text, Ipopt::OptionsList& options) {
     if (kind == "Retape" || kind == "Sparse") {
       known = name == "true" || name == "false";
       (kind == "Retape" ? retape : sparse) = name == "true";
-      if (kind == "Sparse") known = known && (value == "forward" || value == "reverse");
+      if (kind == "Sparse" && sparse) known = value == "forward" || value == "reverse";
     } else if (kind == "String") {
       known = options.SetStringValue(name, value);
     } else if (kind == "Numeric") {
@@ -131,8 +131,7 @@ class Problem : public Ipopt::TNLP {
   Problem(const Dvector& xi, const Dvector& xl, const Dvector& xu, const Dvector& gl, const Dvector& gu,
           FgEval& fg_eval, bool retape, solve_result<Dvector>& solution)
       : xi_(xi), xl_(xl), xu_(xu), gl_(gl), gu_(gu), fg_eval_(fg_eval), retape_(retape), solution_(solution) {
-    x_.resize(xi.size());
-    std::copy_n(&xi[0], xi.size(), x_.data());
+    for (std::size_t j = 0; j < n(); ++j) x_.push_back(xi[j]);
     record();
     if (retape_) {
       jacobian_pattern_ = dense_pattern(1 + m(), n());
@@ -257,36 +256,24 @@ class Problem : public Ipopt::TNLP {
   }
   static typename solve_result<Dvector>::status_type status_of(Ipopt::SolverReturn status) {
     using Result = solve_result<Dvector>;
-    switch (status) {
-      case Ipopt::SUCCESS:
-        return Result::success;
-      case Ipopt::MAXITER_EXCEEDED:
-        return Result::maxiter_exceeded;
-      case Ipopt::STOP_AT_TINY_STEP:
-        return Result::stop_at_tiny_step;
-      case Ipopt::STOP_AT_ACCEPTABLE_POINT:
-        return Result::stop_at_acceptable_point;
-      case Ipopt::LOCAL_INFEASIBILITY:
-        return Result::local_infeasibility;
-      case Ipopt::USER_REQUESTED_STOP:
-        return Result::user_requested_stop;
-      case Ipopt::FEASIBLE_POINT_FOUND:
-        return Result::feasible_point_found;
-      case Ipopt::DIVERGING_ITERATES:
-        return Result::diverging_iterates;
-      case Ipopt::RESTORATION_FAILURE:
-        return Result::restoration_failure;
-      case Ipopt::ERROR_IN_STEP_COMPUTATION:
-        return Result::error_in_step_computation;
-      case Ipopt::INVALID_NUMBER_DETECTED:
-        return Result::invalid_number_detected;
-      case Ipopt::TOO_FEW_DEGREES_OF_FREEDOM:
-        return Result::too_few_degrees_of_freedom;
-      case Ipopt::INTERNAL_ERROR:
-        return Result::internal_error;
-      default:
-        return Result::unknown;
+    static constexpr std::pair<Ipopt::SolverReturn, typename Result::status_type> kKnown[] = {
+        {Ipopt::SUCCESS, Result::success},
+        {Ipopt::MAXITER_EXCEEDED, Result::maxiter_exceeded},
+        {Ipopt::STOP_AT_TINY_STEP, Result::stop_at_tiny_step},
+        {Ipopt::STOP_AT_ACCEPTABLE_POINT, Result::stop_at_acceptable_point},
+        {Ipopt::LOCAL_INFEASIBILITY, Result::local_infeasibility},
+        {Ipopt::USER_REQUESTED_STOP, Result::user_requested_stop},
+        {Ipopt::FEASIBLE_POINT_FOUND, Result::feasible_point_found},
+        {Ipopt::DIVERGING_ITERATES, Result::diverging_iterates},
+        {Ipopt::RESTORATION_FAILURE, Result::restoration_failure},
+        {Ipopt::ERROR_IN_STEP_COMPUTATION, Result::error_in_step_computation},
+        {Ipopt::INVALID_NUMBER_DETECTED, Result::invalid_number_detected},
+        {Ipopt::TOO_FEW_DEGREES_OF_FREEDOM, Result::too_few_degrees_of_freedom},
+        {Ipopt::INTERNAL_ERROR, Result::internal_error}};
+    for (const auto& [theirs, ours] : kKnown) {
+      if (theirs == status) return ours;
     }
+    return Result::unknown;
   }
 
   const Dvector &xi_, &xl_, &xu_, &gl_, &gu_;

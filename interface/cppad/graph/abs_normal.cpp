@@ -53,6 +53,7 @@ AbsNormal<Base> abs_normal_of(const Recording<Base>& f) {
     recording->range = function.outputs.size();
     recording->captured = f.captured, recording->dynamics = f.dynamics, recording->variables = f.variables;
     recording->variables.resize(function.n_x());
+    if (!function.guards.empty()) recording->guard_counts = f.guard_counts;
     recording->function = std::make_shared<const Function>(std::move(function));
     return recording;
   };

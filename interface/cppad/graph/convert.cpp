@@ -50,7 +50,10 @@ class GraphWriter {
     nodes_ = function_.n_p() + function_.n_x();
     write_constants();
     for (NodeId id = 0; id < from_.size(); ++id) write_node(id);
-    for (const Guard& guard : function_.guards) write_guard(guard);
+    for (std::size_t k = 0; k < function_.guards.size(); ++k) {
+      const std::size_t count = recording_.guard_counts.empty() ? 1 : recording_.guard_counts[k];
+      for (std::size_t repeat = 0; repeat < count; ++repeat) write_guard(function_.guards[k]);
+    }
     for (const Print& print : recording_.prints) {
       GraphUse use{graph::print_graph_op};
       use.name = text(print.before), use.after = text(print.after), use.n_result = 0;

@@ -37,7 +37,7 @@ void squared_distance(AVector& fg, const AVector& x) {
 TEST(CppadIpopt, NearestPointOfALine) {
   const Bounds bounds{{-10, -10}, {10, 10}, {1}, {1}};
   for (const char* options : {"", "Retape false\n", "Sparse true forward\n", "Sparse true reverse\n",
-                              "Sparse false forward\n", "Retape true\n"}) {
+                              "Sparse false\n", "Sparse false forward\n", "Retape true\n"}) {
     const Result result = solved(options, {5, 5}, bounds, {squared_distance});
     EXPECT_EQ(result.status, Result::success) << options;
     expect_near(result.x, {2.5, -1.5}, 1e-8);
@@ -87,6 +87,7 @@ TEST(CppadIpopt, Refuses) {
   EXPECT_NE(sentence("Integer no_such_option 3\n", {1, 1}).find("no_such_option"), std::string::npos);
   EXPECT_NE(sentence("Numeric tol -1\n", {1, 1}).find("tol -1"), std::string::npos);
   EXPECT_NE(sentence("Retape true\nSparse true forward\n", {1, 1}).find("both"), std::string::npos);
+  EXPECT_NE(sentence("Sparse true sideways\n", {1, 1}).find("sideways"), std::string::npos);
   EXPECT_NE(sentence("", {1}).find("1, 2 and 2 entries"), std::string::npos);
 }
 

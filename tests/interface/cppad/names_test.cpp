@@ -70,7 +70,7 @@ TEST(CppadAbsNormal, WithDynamicParametersAndBranches) {
   std::vector<ADouble> x{1.0}, p{2.0}, y(1);
   Independent(x, 0, true, p);
   y[0] = abs(x[0] - p[0]);
-  if (y[0] > 0.5) y[0] *= 3;
+  if (y[0] > 0.5 && 0.5 < y[0]) y[0] *= 3;
   ADFun<double> f(x, y), g, a;
   f.abs_normal_fun(g, a);
   a.new_dynamic(std::vector<double>{5});
@@ -78,7 +78,7 @@ TEST(CppadAbsNormal, WithDynamicParametersAndBranches) {
   expect_near(g.Forward(0, DVector{1, 4}), {12, -1});
   EXPECT_EQ(g.compare_change_number(), 0u);
   g.Forward(0, DVector{1, 0.25});  // the branch is by u
-  EXPECT_EQ(g.compare_change_number(), 1u);
+  EXPECT_EQ(g.compare_change_number(), 2u);
 }
 
 struct Folder {
