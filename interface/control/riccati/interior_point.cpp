@@ -127,13 +127,10 @@ class StructuredInteriorPoint::Method {
       throw NumericalError("solve_with_riccati: the functions of the program are not finite at its start");
     mu_ = is_near && !warm ? options_.first_barrier : kFirstBarrier;
     blocked_ = 0, may_raise_ = !is_near;
-    if (warm) {
-      take_over(*warm);
-      if (!lambda_.allFinite()) least_squares_multipliers();
-    } else {
+    if (warm) take_over(*warm);
+    if (!warm)
       is_near ? multipliers_.begin(barrier_, now_.w, mu_, HUGE_VAL) : multipliers_.set_ones(barrier_);
-      least_squares_multipliers();
-    }
+    if (!warm || !lambda_.allFinite()) least_squares_multipliers();
     if (!differentiate(true)) return SolveStatus::kNotFinite;
     filter_.begin(now_.sum);
     note(0, 0, 0, 0, 0);
