@@ -118,7 +118,9 @@ std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, cons
 void evaluate(RobotPath& route, const Rows& rows, double* results) {
   constexpr std::size_t kBriefOutputs = 256;
   const auto part = [&](std::size_t first, std::size_t count, const double* states) {
-    route.evaluate(states, count, results + first * route.n_out);
+    double* const y = results + first * route.n_out;
+    route.evaluate(states, count, y);
+    for (std::size_t i = 0; i < count * route.n_out; ++i) y[i] += 0.0;  // -0 becomes 0
   };
   if (rows.is_single() && route.is_brief && route.n_out <= kBriefOutputs) return for_one(rows, part);
   for_chunks(rows, part);

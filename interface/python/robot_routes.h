@@ -5,6 +5,8 @@
 //   const auto rnea = make_route(robot, RobotFunction::kRnea, "lanes");
 //   evaluate(*rnea, rows, results);      // releases the lock; states are shared out among the threads of the process
 //
+// Zeros of results are positive: the sign of a zero depends on the route.
+//
 // "lanes" is the plain double code in packs, or machine code with the same bits (robots/lanes_route.h); the other words are those
 // of RobotRoute.
 #pragma once

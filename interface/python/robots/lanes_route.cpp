@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <mutex>
@@ -15,6 +16,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/graph/nonzero_outputs.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/robot/packs/packed_robot.h>
 #include <dyntape/interface/robot/workspace_pool.h>
 
@@ -61,14 +63,15 @@ class LanesRoute final : public RobotPath {
     const Phase phase = phase_.load(std::memory_order_acquire);
     if (phase == Phase::kMachineCode) return by_machine_code(states, count, results);
     by_packs(states, count, results);
-    if (phase == Phase::kNew) consider(count, results);
+    if (phase == Phase::kNew) consider(states, count, results);
   }
 
  private:
   enum class Phase { kNew, kMachineCode, kPacks };
 
   static constexpr std::size_t kEnough = 16384;  // states that take about as long as recording
-  static constexpr int kMostTrials = 4;
+  static constexpr int kMostTrials = 4, kRuns = 4;
+  static constexpr std::size_t kTimed = 256;  // states
   static constexpr std::size_t kTooMany = 4;  // every fourth state evaluated twice: machine code is no faster
   static constexpr double kLargest = 1e30;    // of an input; products of several do not overflow
 
@@ -78,15 +81,18 @@ class LanesRoute final : public RobotPath {
     packs_.take([&] { return made(); })->evaluate(states, count, results);
   }
 
-  // Counts states; after enough of them makes machine code, unless many results are zero.  Other threads continue with packs.
-  void consider(std::size_t count, const double* results) {
+  // Counts states; after enough of them makes machine code, which serves if it is quicker and not many results are zero.
+  // Other threads continue with packs.
+  void consider(const double* states, std::size_t count, const double* results) {
     if (seen_.fetch_add(count, std::memory_order_relaxed) + count < kEnough) return;
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock || phase_.load() != Phase::kNew) return;
+    if (!code_ && !make_machine_code()) return phase_.store(Phase::kPacks, std::memory_order_release);
     std::size_t with_zeros = 0;
-    for (std::size_t i = 0; i < count; ++i) with_zeros += !are_plain(results + i * n_out, n_out);
+    for (std::size_t i = 0; i < count; ++i) with_zeros += !are_plain(results + i * n_out, 1);
     if (kTooMany * with_zeros < count) {
-      phase_.store(make_machine_code() ? Phase::kMachineCode : Phase::kPacks, std::memory_order_release);
+      const bool is_better = is_machine_code_quicker(states, std::min(count, kTimed));
+      phase_.store(is_better ? Phase::kMachineCode : Phase::kPacks, std::memory_order_release);
     } else if (++trials_ == kMostTrials) {
       phase_.store(Phase::kPacks, std::memory_order_release);
     } else {
@@ -94,13 +100,28 @@ class LanesRoute final : public RobotPath {
     }
   }
 
-  // Returns false if there is none on this machine, or if a result is always zero: its sign is not recorded.
+  // By the least processor time of some alternating runs.
+  bool is_machine_code_quicker(const double* states, std::size_t count) {
+    std::vector<double> results(count * n_out);
+    double by_code = HUGE_VAL, by_packed = HUGE_VAL;
+    for (int run = 0; run < kRuns; ++run) {
+      const double begin = thread_seconds();
+      by_packs(states, count, results.data());
+      const double middle = thread_seconds();
+      by_machine_code(states, count, results.data());
+      by_packed = std::min(by_packed, middle - begin);
+      by_code = std::min(by_code, thread_seconds() - middle);
+    }
+    return by_code < by_packed;
+  }
+
+  // Returns false if there is none on this machine.
   bool make_machine_code() {
     try {
       const Function recorded = record_robot_function(model_, function_, RobotSource::kAnalytic);
+      always_zero_.setZero(Eigen::Index(n_out));
       const NonzeroOutputs nonzero = nonzero_outputs(recorded);
-      if (std::any_of(nonzero.place.begin(), nonzero.place.end(), [](auto place) { return place < 0; }))
-        return false;
+      for (std::size_t i = 0; i < n_out; ++i) always_zero_[Eigen::Index(i)] = nonzero.place[i] < 0 ? 1 : 0;
       CodegenOptions options;
       options.order = Order::kValue;
       options.route = Route::kMachineCode;
@@ -122,7 +143,7 @@ class LanesRoute final : public RobotPath {
           workspaces_.take([&] { return std::make_unique<CompiledFunction::Workspace>(*code_); });
       static_cast<void>(code_->run(Order::kValue, points, *workspace));
     }
-    const bool are_equal = are_small(states, count * n_in) && are_plain(results, count * n_out) &&
+    const bool are_equal = are_small(states, count * n_in) && are_plain(results, count) &&
                            std::all_of(status.begin(), status.end(), [](auto word) { return word == 0; });
     if (!are_equal) evaluate_again(states, count, results, status);
   }
@@ -131,7 +152,7 @@ class LanesRoute final : public RobotPath {
   void evaluate_again(const double* states, std::size_t count, double* results,
                       const std::vector<std::uint32_t>& status) {
     const auto is_equal = [&](std::size_t i) {
-      return status[i] == 0 && are_small(states + i * n_in, n_in) && are_plain(results + i * n_out, n_out);
+      return status[i] == 0 && are_small(states + i * n_in, n_in) && are_plain(results + i * n_out, 1);
     };
     std::size_t again = 0;
     for (std::size_t first = 0; first < count; ++first) {
@@ -149,11 +170,11 @@ class LanesRoute final : public RobotPath {
   static bool are_small(const double* x, std::size_t n) {
     return Entries(x, Eigen::Index(n)).abs().maxCoeff<Eigen::PropagateNaN>() <= kLargest;
   }
-  // Neither zero nor infinite nor NaN.
-  static bool are_plain(const double* y, std::size_t n) {
-    const auto sizes = Entries(y, Eigen::Index(n)).abs();
-    return sizes.minCoeff<Eigen::PropagateNaN>() > 0 &&
-           sizes.maxCoeff<Eigen::PropagateNaN>() <= std::numeric_limits<double>::max();
+  // Whether results of some states are finite, and those that are not always zero are not zero.
+  bool are_plain(const double* y, std::size_t states) const {
+    const Eigen::Map<const Eigen::ArrayXXd> all(y, Eigen::Index(n_out), Eigen::Index(states));
+    return (all.abs().colwise() + always_zero_).minCoeff<Eigen::PropagateNaN>() > 0 &&
+           all.abs().maxCoeff<Eigen::PropagateNaN>() <= std::numeric_limits<double>::max();
   }
 
   static constexpr int kMostPoor = 64;  // calls in which machine code was no faster
@@ -167,6 +188,7 @@ class LanesRoute final : public RobotPath {
   std::mutex mutex_;
   int trials_ = 0;
   std::optional<CompiledFunction> code_;  // not changed once phase_ is kMachineCode
+  Eigen::ArrayXd always_zero_;            // (n_out) 1 for results that are zero for all states, else 0
   dyntape::detail::WorkspacePool<CompiledFunction::Workspace> workspaces_;
 };
 

@@ -6,13 +6,13 @@
 //   route->evaluate(states, count, results);        // from any thread; a column per state
 //
 // After some thousand states the function is recorded and becomes machine code, within milliseconds, which leaves out the
-// zeros of the robot's constants: 3 to 5 times as fast.  It runs the operations of the plain code in their order, so its
+// zeros of the robot's constants: 2 to 5 times as fast.  It runs the operations of the plain code in their order, so its
 // results are equal to the last bit, with three exceptions (autodiff/graph/graph.h): the sign of a zero, values that are
-// not finite, and intermediate values that overflow.  A state with such a result, or with an input above 1e30, is evaluated
-// again by the plain code.  So bits never depend on the path, the number of threads or the other states of a batch.
+// not finite, and intermediate values that overflow.  A state with an input above 1e30, or with a result that is infinite, NaN, or zero
+// but not always zero, is evaluated again by the plain code.  evaluate() in robot_routes.h makes zeros positive.  So bits never
+// depend on the path, the number of threads or the other states of a batch.
 //
-// Functions that factorise matrices, second derivatives, and robots with mimic joints stay with packs; so do functions
-// with a result that is always zero.
+// Functions that factorise matrices, second derivatives, and robots with mimic joints stay with packs.
 #pragma once
 
 #include <memory>
