@@ -247,10 +247,13 @@ class Refinement {
     return false;
   }
 
-  // Ipopt starts warm with all multipliers only.
-  bool estimates_multipliers(const SolverOptions& options) const {
-    return (options.method == NlpMethod::kAutomatic ? solution_.nlp.method : options.method) ==
-           NlpMethod::kRiccati;
+  // Returns true if multipliers of the coarser mesh are good for the next solve: by the method that estimates those of equations, and with a
+  // scheme whose multipliers do not oscillate along arcs at a limit, as those of Hermite-Simpson do.
+  bool takes_multipliers(const SolverOptions& options) const {
+    const NlpMethod method = options.method == NlpMethod::kAutomatic ? solution_.nlp.method : options.method;
+    return method == NlpMethod::kRiccati &&
+           std::none_of(solution_.phases.begin(), solution_.phases.end(),
+                        [](const SolvedPhase& phase) { return phase.motion.scheme.uses_first_point(); });
   }
 
   // The mesh stays unfinished: what ended the solve is the caller's limit.
@@ -280,7 +283,7 @@ class Refinement {
       const std::vector<double> start =
           from == From::kGuess ? program->start() : warm_start(motions(), *program);
       if (from == From::kNear) options->solver.first_barrier = first_barrier(program->shape());
-      if (from == From::kNear && estimates_multipliers(options->solver))
+      if (from == From::kNear && takes_multipliers(options->solver))
         options->solver.warm = std::make_shared<const NlpSolution>(
             with_multipliers_of(*program_, solution_.nlp, *program, start));
       Solution fine = optimise(*program, start, *options);
