@@ -66,7 +66,8 @@ struct KernelStandIns {
     const auto found = kernels.find(callee.get());
     if (found == kernels.end()) return graph.call(callee, arguments);
     const KernelInSeries& kernel = *found->second;
-    std::vector<NodeId> sums(callee->n_out, graph.constant(0));
+    // Not zero: a result that depends on no variable may be a factor of one that does.
+    std::vector<NodeId> sums(callee->n_out, graph.constant(coefficient += 0.37));
     const auto add = [&](std::size_t i, NodeId x) {
       sums[i] = graph.make(Op::Add, sums[i], graph.make(Op::Mul, graph.constant(coefficient += 0.37), x));
     };

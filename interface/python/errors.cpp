@@ -3,7 +3,10 @@
 // The family of exceptions (autodiff/error.h) in Python: the same sentences, and each also what Python has for it.
 #include <dyntape/autodiff/error.h>
 
+#include <cstring>
+#include <string>
 #include <typeinfo>
+#include <utility>
 
 #include "module.h"
 
@@ -34,11 +37,24 @@ const nb::object& type_of(const Error& error) {
   return family->error;
 }
 
+// The sentence with Python's words for what C++ calls otherwise.
+std::string in_python_words(std::string sentence) {
+  constexpr std::pair<const char*, const char*> kWords[] = {
+      {"use select(condition, a, b)", "use dyntape.where(condition, a, b)"},
+      {"or none (Problem::kFree)", "or NaN for a free entry"},
+      {"step before solution()", "step before that"}};
+  for (const auto& [from, to] : kWords) {
+    const std::size_t at = sentence.find(from);
+    if (at != sentence.npos) sentence.replace(at, std::strlen(from), to);
+  }
+  return sentence;
+}
+
 void translate(const std::exception_ptr& exception, void*) {
   try {
     std::rethrow_exception(exception);
   } catch (const Error& error) {
-    PyErr_SetString(type_of(error).ptr(), error.what());
+    PyErr_SetString(type_of(error).ptr(), in_python_words(error.what()).c_str());
   } catch (const std::bad_cast&) {
     PyErr_SetString(PyExc_TypeError,
                     "an argument, or an entry of one, has a type that nothing can be made of");

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/motion/robot_configuration.h>
@@ -83,9 +84,20 @@ void add_parameters(P& p, nb::handle given) {
     p.problem.parameters.add(text_of(name, "parameters"), parameter_value(value, nb::none()));
 }
 
+void check_names(const std::string& name, const std::vector<std::string>& states,
+                 const std::vector<std::string>& controls) {
+  std::set<std::string> known;
+  for (const auto* names : {&states, &controls})
+    for (const std::string& one : *names)
+      if (!known.insert(one).second)
+        throw ArgumentError("Problem(\"" + name + "\"): \"" + one +
+                            "\" is given twice, expected a name of its own for each state and control");
+}
+
 P own_problem(const std::string& name, const std::vector<std::string>& states,
               const std::vector<std::string>& controls, double duration, nb::callable rate,
               nb::handle parameters) {
+  check_names(name, states, controls);
   P p;
   // The sizes first: the rate is recorded with them.
   p.problem = Problem(name, states, controls, duration, StageFunction([](const auto& s) { return s.x; }));

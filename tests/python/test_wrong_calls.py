@@ -16,6 +16,13 @@ def square():
     return dyntape.record(lambda x: x * x, 2)
 
 
+def car(goal=(1.0,)):
+    p = dyntape.Problem("car", ["x"], ["u"], 1.0, lambda s: s.u)
+    p.add_squares("effort", lambda s: s.u)
+    p.start, p.goal = [0.0], goal
+    return p
+
+
 WRONG = [
     (lambda: ARM.rnea(None, None, None), "Robot.rnea: q is None; expected an array of numbers"),
     (lambda: ARM.rnea(np.zeros(6)), "Robot.rnea needs v and a: Robot.rnea(q, v, a, *, route)"),
@@ -213,3 +220,20 @@ def test_a_setting_that_opens_a_block_does_not_deny_itself():
     with pytest.raises(dyntape.FileError) as error:
         dyntape.solve(dyntape.config_folder() / "tasks" / "two_link_arm_reaching.info", set={"thrusters.thruster.upper": 1})
     assert "'thrusters.thruster.frame' is missing" in str(error.value) and "is empty" not in str(error.value)
+
+
+REFUSED = [
+    (lambda: dyntape.Problem("car", ["x", "x"], ["u"], 1.0, lambda s: s.x), '"x" is given twice, expected a name of its own'),
+    (lambda: dyntape.Problem("car", ["x"], ["x"], 1.0, lambda s: s.u), '"x" is given twice, expected a name of its own'),
+    (lambda: car().add_inequality("wide", lambda s: s.x), 'add_inequality("wide"): expected a lower or an upper bound'),
+    (lambda: car(goal=[np.inf]).solve(4), "or NaN for a free entry"),
+    (lambda: dyntape.record(lambda x: x if x[0] > 0 else -x, 1, branches="error"), "use dyntape.where(condition, a, b)"),
+    (lambda: dyntape.Mpc(car()).sensitivities(), "expected a step before that"),
+]
+
+
+@pytest.mark.parametrize("call, sentence", REFUSED, ids=[sentence for _, sentence in REFUSED])
+def test_what_cannot_be_meant_is_refused_in_python_words(call, sentence):
+    with pytest.raises(dyntape.Error) as raised:
+        call()
+    assert sentence in str(raised.value) and "\n" not in str(raised.value)

@@ -253,11 +253,11 @@ void read_nothing(Section& block) {
   block.about("mean of a normal distribution; `from` and `to` may truncate it").defer("mean", "a number", "");
   block.about("standard deviation of a normal distribution")
       .defer("standard_deviation", "a number, positive", "");
-  block.about("name of the column in the results; absent: made from `of`").defer("name", "text", "");
+  block.about("name of the column in the results; absent: made from `parameter`").defer("name", "text", "");
 }
 
 std::string read_column_name(Section& block, const std::string& fallback) {
-  const std::string name = block.about("name of the column in the results; absent: made from `of`")
+  const std::string name = block.about("name of the column in the results; absent: made from `parameter`")
                                .get_or<std::string>("name", fallback);
   if (const std::string fault = fault_of_name(name); !fault.empty()) block.problem("name", "'name' " + fault);
   if (name.find_first_of(",\" \t") != std::string::npos || name.empty())

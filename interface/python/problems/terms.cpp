@@ -66,6 +66,8 @@ Eigen::VectorXd bound(nb::handle given, const std::string& what, Eigen::Index n,
 
 void add_inequality(P& p, const std::string& name, nb::handle f, nb::handle lower, nb::handle upper,
                     nb::handle where) {
+  if (lower.is_none() && upper.is_none())
+    throw ArgumentError("add_inequality(\"" + name + "\"): expected a lower or an upper bound, got neither");
   const StageFunction values = stage_function_of(p, name, f);
   const Problem& problem = p.problem;
   const Eigen::Index n =
