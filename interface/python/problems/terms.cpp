@@ -241,6 +241,7 @@ void bind_terms(nb::class_<P>& problem) {
               "As an equality it is checked before a solve: a position that no configuration within limits "
               "reaches is a warning, in\n"
               "metres.\n\n"
+              ">>> p = dyntape.load(\"config/robots/arm_2r.urdf\").problem(1)\n"
               ">>> p.add_equality(\"there\", p.frame_error(\"hand\", [0.3, 0.0, 0.5]), where=\"end\")");
   problem.def("inverse_kinematics", inverse_kinematics_of, nb::arg("frame"), nb::arg("position") = nb::none(),
               nb::arg("orientation") = nb::none(), nb::arg("q") = nb::none(),
