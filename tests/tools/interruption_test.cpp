@@ -155,7 +155,7 @@ TEST(Interruption, WhileSolvingTheBestMotionIsWritten) {
   const auto begin = Clock::now();
   command.send(SIGINT);
   const Outcome outcome = command.wait();
-  EXPECT_LT(Clock::now() - begin, 5s);  // 0.7 s where no others compute, 4 s beside four
+  EXPECT_LT(Clock::now() - begin, 5s);  // 4.1 s were seen beside four other processes
   EXPECT_EQ(outcome.status, 130) << outcome.err;
   const json report = json::parse(outcome.out);
   EXPECT_EQ(report["status"], "stopped");
