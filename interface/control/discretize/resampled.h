@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Interpolates a motion between the points of its mesh, and makes controls that are angles fit for it.
+// Interpolates a motion between the points of its mesh and multipliers from one mesh to another; makes controls that are angles fit for it.
 //
 //   const MotionBetween between(problem, motion);
 //   const Stage<double> s = between.at(3, 0.25);             // a quarter of the way from point 3 to point 4

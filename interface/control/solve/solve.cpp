@@ -247,8 +247,8 @@ class Refinement {
     return false;
   }
 
-  // Returns true if multipliers of the coarser mesh are good for the next solve: by the method that estimates those of equations, and with a
-  // scheme whose multipliers do not oscillate along arcs at a limit, as those of Hermite-Simpson do.
+  // Returns true if the next solve starts with multipliers of the coarser mesh.  Only kRiccati estimates those of equations.  Those of schemes
+  // that use the first point of an interval, such as Hermite-Simpson, oscillate along arcs at a limit.
   bool takes_multipliers(const SolverOptions& options) const {
     const NlpMethod method = options.method == NlpMethod::kAutomatic ? solution_.nlp.method : options.method;
     return method == NlpMethod::kRiccati &&
