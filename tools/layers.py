@@ -113,7 +113,7 @@ ROOMS['interface/python/robots'] = ROOMS['interface/python']  # methods of a rob
 ROOMS['interface/python/problems'] = ROOMS['interface/python']  # parts of a problem
 ROOMS['interface/python/rollouts'] = ROOMS['interface/python']  # many motions of a scene
 LEAVES = {'autodiff/error.h', 'autodiff/suggest.h', 'autodiff/text_file.h', 'autodiff/processor.h', 'autodiff/eigen_layout.h', 'autodiff/factorisations.h',
-          'autodiff/own_sines.h', 'autodiff/scalars/sines.h'}
+          'autodiff/own_sines.h', 'autodiff/scalars/sines.h', 'autodiff/scalars/sines_in_lanes.h'}
 TABLE_READERS = {'autodiff/graph/op.h', 'autodiff/derive/expr.h', 'autodiff/record/scalar.h', 'autodiff/scalars/jet.h',
                  'autodiff/record/record.cpp', 'autodiff/evaluate/interpret_lanes.cpp', 'autodiff/scalars/portable.h',
                  'autodiff/scalars/pack.h', 'autodiff/scalars/pack_functions.cpp', 'interface/python/recorded_values.cpp', 'autodiff/evaluate/series.h', 'interface/cppad/ad.h',

@@ -28,6 +28,7 @@
 #include <type_traits>
 
 #include <dyntape/autodiff/graph/composed.h>
+#include <dyntape/autodiff/own_sines.h>
 #include <dyntape/autodiff/processor.h>
 #include <dyntape/autodiff/scalars/portable.h>
 
@@ -323,7 +324,6 @@ namespace detail {
 #include <dyntape/autodiff/graph/ops.def>
 #undef DYNTAPE_DECLARE_1
 #undef DYNTAPE_DECLARE_2
-void pack_sincos(const double* x, double* sine, double* cosine, int n);
 
 }  // namespace detail
 
@@ -364,7 +364,7 @@ template <int N>
 void sincos(const Pack<double, N>& x, Pack<double, N>& sine, Pack<double, N>& cosine) {
   alignas(8 * N) double in[N], s[N], c[N];
   x.store(in);
-  detail::pack_sincos(in, s, c, N);
+  own::sincos(in, s, c, N);
   sine = Pack<double, N>::load(s);
   cosine = Pack<double, N>::load(c);
 }

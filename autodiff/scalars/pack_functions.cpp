@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Elementary functions of packs: sine and cosine of sines.h, the others SLEEF's deterministic ones (N. Shibata, F. Petrogalli, SLEEF:
-// A Portable Vectorized Library of C Standard Mathematical Functions, IEEE TPDS 2020), which have the same bits in 1, 2, 4
-// and 8 lanes on any processor.  The widest registers that this unit is compiled for take what they hold.
-#include <stdint.h>
-
+// Elementary functions of packs: sine and cosine of own_sines.h, the others SLEEF's deterministic ones (N. Shibata, F. Petrogalli,
+// SLEEF: A Portable Vectorized Library of C Standard Mathematical Functions, IEEE TPDS 2020), which have the same bits in 1, 2, 4
+// and 8 lanes on any processor.  This unit uses the widest registers that it is compiled for.
 #include <array>
-#include <cstring>
-#include <type_traits>
 
+#include <dyntape/autodiff/own_sines.h>
 #include <dyntape/autodiff/scalars/pack.h>
 
 // SLEEF declares what the compiler's own macros name.
@@ -22,48 +19,6 @@
 
 namespace dyntape::detail {
 namespace {
-
-#include <dyntape/autodiff/scalars/sines.h>
-
-#if defined(DYNTAPE_HAS_AVX512F)
-#define DT_WIDTH 8
-#elif defined(DYNTAPE_HAS_AVX)
-#define DT_WIDTH 4
-#else
-#define DT_WIDTH 2
-#endif
-typedef double dt_vector __attribute__((vector_size(8 * DT_WIDTH)));
-typedef int64_t dt_vector_words __attribute__((vector_size(8 * DT_WIDTH)));
-#include <dyntape/autodiff/scalars/sines_in_lanes.h>
-
-// Those whose pointers are not null; places beyond the last of n hold zeros.
-template <class Sine, class Cosine>
-void sines_and_cosines(const double* x, Sine sine, Cosine cosine, int n) {
-  for (int i = 0; i < n; i += DT_WIDTH) {
-    const auto copy = [left = n - i](void* to, const void* from) {
-      if (left >= DT_WIDTH)
-        std::memcpy(to, from, sizeof(dt_vector));
-      else
-        std::memcpy(to, from, sizeof(double) * std::size_t(left));
-    };
-    dt_vector values = {}, s, c;
-    copy(&values, x + i);
-    dt_turn(values, &s, &c);
-    if constexpr (!std::is_null_pointer_v<Sine>) copy(sine + i, &s);
-    if constexpr (!std::is_null_pointer_v<Cosine>) copy(cosine + i, &c);
-  }
-}
-
-template <class Sine, class Cosine>
-void of_lanes(const double* x, Sine sine, Cosine cosine, int n) {
-  if (n > 1) return sines_and_cosines(x, sine, cosine, n);
-  if constexpr (std::is_null_pointer_v<Cosine>)
-    *sine = dt_circular(*x, 0u);
-  else if constexpr (std::is_null_pointer_v<Sine>)
-    *cosine = dt_circular(*x, 1u);
-  else
-    dt_circle(*x, sine, cosine);
-}
 
 // Lanes by address to and from what SLEEF takes and gives.
 void put(double* y, double x) { *y = x; }
@@ -123,9 +78,8 @@ void put(double* y, const __m512d& x) { _mm512_storeu_pd(y, x); }
 #define OWN(...)
 #include <dyntape/autodiff/graph/ops.def>
 
-void pack_sin(const double* x, double* y, int n) { of_lanes(x, y, nullptr, n); }
-void pack_cos(const double* x, double* y, int n) { of_lanes(x, nullptr, y, n); }
-void pack_sincos(const double* x, double* sine, double* cosine, int n) { of_lanes(x, sine, cosine, n); }
+void pack_sin(const double* x, double* y, int n) { own::sin(x, y, n); }
+void pack_cos(const double* x, double* y, int n) { own::cos(x, y, n); }
 
 }  // namespace dyntape::detail
 

@@ -59,7 +59,7 @@ LaneFunction* of_lanes(int lanes, Functions functions) {
 template <int lanes, bool own>
 void both(const double* x, const double*, const double*, double* result) {
   if constexpr (own) {
-    detail::pack_sincos(x, result, result + lanes, lanes);
+    own::sincos(x, result, result + lanes, lanes);
   } else {
     for (int l = 0; l < lanes; ++l) ::sincos(x[l], &result[l], &result[lanes + l]);
   }

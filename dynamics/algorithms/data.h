@@ -28,6 +28,7 @@ struct Tree {
   std::vector<int> first, count;  // (njoints) dofs of joint i: first[i] ... + count[i]
   std::vector<Axis> axes;         // (njoints)
   std::vector<int> root;          // (njoints) the root joint of the same tree
+  std::vector<int> turning;       // the revolute and helical joints, ascending
 
   // Columns in preorder, so that a subtree is contiguous: the dofs of joint i at begin[i] ... begin[i] + count[i];
   // its whole subtree up to end[i].
@@ -57,6 +58,8 @@ Tree tree_of(const Model<T>& model) {
     tree.first.push_back(model.joints[i].idx_v);
     tree.count.push_back(static_cast<int>(dofs.size()));
     tree.axes.push_back(dofs.front().axis);
+    const JointType type = model.joints[i].type;
+    if (type == JointType::kRevolute || type == JointType::kHelical) tree.turning.push_back(i);
     tree.root.push_back(model.parent[i] < 0 ? i : tree.root[model.parent[i]]);
     tree.dofs.insert(tree.dofs.end(), dofs.begin(), dofs.end());
     tree.depth.push_back(model.parent[i] < 0 ? 0 : tree.depth[model.parent[i]] + 1);
@@ -108,6 +111,7 @@ struct Data {
     for (auto* x : {&v, &a, &a_gf}) x->resize(n);
     for (auto* x : {&f, &p_A}) x->resize(n);
     for (auto* x : {&S_dot, &S_ddot, &S_v}) x->resize(nv);
+    for (auto* x : {&angles, &sines, &cosines}) x->resize(tree.turning.size());
     stride = static_cast<int>(detail::whole_lines<T>(nv));
     const auto lanes = [&](int quantities) {
       return detail::LaneArray<T>(std::ptrdiff_t{stride} * quantities);
@@ -130,6 +134,9 @@ struct Data {
   TreeShape shape;  // of the model
   // Mimic joints, for forward dynamics (following.h); none by default.
   std::optional<Following<T>> following;
+
+  // Of the joints in tree.turning, in plain double only.
+  std::vector<T> angles, sines, cosines;
 
   // Kinematics, per body.
   std::vector<Placement<T>> X_PB;  // body in its parent (for a root: in the world)

@@ -141,16 +141,26 @@ void put_block(const Joint<T>& joint, const Matrix6<T>& J, MatrixX<T>& result) {
 
 }  // namespace detail
 
+// Placement of the body of a revolute or helical joint, from the sine s and the cosine c of its angle q (rad).
+template <class T>
+DYNTAPE_INLINE Placement<T> turned_placement(const Joint<T>& joint, const Axis& axis,
+                                             const Placement<T>& X_PJ, const T& q, const T& s, const T& c) {
+  const Matrix3<T> R = rotate_about(X_PJ.R, axis, c, s);
+  if (joint.type == JointType::kRevolute) return {R, X_PJ.p};
+  return {R, X_PJ.p + times(X_PJ.R, axis) * T(q * T(joint.pitch))};
+}
+
 // Placement of the joint's body in its parent: X_PJ X_J(q).
 template <class T>
 DYNTAPE_INLINE Placement<T> joint_placement(const Joint<T>& joint, const Axis& axis, const Placement<T>& X_PJ,
                                             const VectorRef<T>& q) {
   const int i = joint.idx_q;
   switch (joint.type) {
-    case JointType::kRevolute: {
+    case JointType::kRevolute:
+    case JointType::kHelical: {
       T c, s;
       sincos(T(q[i]), s, c);
-      return {rotate_about(X_PJ.R, axis, c, s), X_PJ.p};
+      return turned_placement<T>(joint, axis, X_PJ, q[i], s, c);
     }
     case JointType::kContinuous: {
       const auto [c, s] = detail::direction<T>(q[i], q[i + 1]);
@@ -158,11 +168,6 @@ DYNTAPE_INLINE Placement<T> joint_placement(const Joint<T>& joint, const Axis& a
     }
     case JointType::kPrismatic:
       return {X_PJ.R, X_PJ.p + times(X_PJ.R, axis) * q[i]};
-    case JointType::kHelical: {
-      T c, s;
-      sincos(T(q[i]), s, c);
-      return {rotate_about(X_PJ.R, axis, c, s), X_PJ.p + times(X_PJ.R, axis) * T(q[i] * T(joint.pitch))};
-    }
     case JointType::kSpherical:
       return {X_PJ.R * rotation(Vector4<T>(q.template segment<4>(i))), X_PJ.p};
     case JointType::kPlanar: {

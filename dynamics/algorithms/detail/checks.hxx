@@ -75,10 +75,24 @@ DYNTAPE_INLINE T armature_at(const Model<T>& model, const DynamicsTerms<T>& acti
   return inertia;
 }
 
+// In plain double, the sines of all joints are computed in lanes, with the bits of one at a time.
 template <class T>
 void place_joints(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
+  const Tree& tree = data.tree;
+  std::size_t turned = 0, turning = 0;
+  if constexpr (std::is_same_v<T, double>) {
+    turning = tree.turning.size();
+    for (std::size_t k = 0; k < turning; ++k) data.angles[k] = q[model.joints[tree.turning[k]].idx_q];
+    own::sincos(data.angles.data(), data.sines.data(), data.cosines.data(), static_cast<int>(turning));
+  }
   for (int i = 0; i < model.njoints(); ++i) {
-    data.X_PB[i] = joint_placement<T>(model.joints[i], data.tree.axes[i], model.X_PJ[i], q);
+    if (turned < turning && tree.turning[turned] == i) {
+      data.X_PB[i] = turned_placement<T>(model.joints[i], tree.axes[i], model.X_PJ[i], data.angles[turned],
+                                         data.sines[turned], data.cosines[turned]);
+      ++turned;
+    } else {
+      data.X_PB[i] = joint_placement<T>(model.joints[i], tree.axes[i], model.X_PJ[i], q);
+    }
   }
 }
 

@@ -14,6 +14,9 @@
   DYNTAPE_CPPAD_TEMPLATE const Base& value_to_keep(const AD<Base>&);                                         \
   DYNTAPE_CPPAD_TEMPLATE bool is_recording<Base>();                                                          \
   DYNTAPE_CPPAD_TEMPLATE void begin_recording(AD<Base>*, std::size_t, AD<Base>*, std::size_t, const Begin&); \
+  DYNTAPE_CPPAD_TEMPLATE std::uint32_t open_recording<Base>();                                               \
+  DYNTAPE_CPPAD_TEMPLATE std::shared_ptr<const Recording<Base>> recorded_so_far(const AD<Base>*,             \
+                                                                                std::size_t);                \
   DYNTAPE_CPPAD_TEMPLATE void record_print(const AD<Base>&, const std::string&, const AD<Base>&,             \
                                            const std::string&);                                              \
   DYNTAPE_CPPAD_TEMPLATE std::vector<AD<Base>> record_call(                                                  \

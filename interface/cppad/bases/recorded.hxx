@@ -198,6 +198,7 @@ template <class Base>
 void begin_recording(AD<Base>* x, std::size_t n_x, AD<Base>* dynamic, std::size_t n_dynamic,
                      const Begin& begin) {
   if (n_x == 0) refuse("Independent: there are no independent variables, expected at least one");
+  if (open_tape<Base>() && open_tape<Base>()->is_printed) set_open_tape<Base>(nullptr);
   if (const auto& open = open_tape<Base>())
     refuse_recording(
         "Independent: a recording of this thread" + begun_at(open->begin) +
@@ -256,37 +257,56 @@ void check_independents(const Tape<Base>& tape, const AD<Base>* x, std::size_t n
   }
 }
 
+// The recording with these results; the tape stays open.
+template <class Base>
+std::shared_ptr<const Recording<Base>> recording_of(Tape<Base>& tape, const AD<Base>* y, std::size_t n_y) {
+  if (n_y == 0) refuse("ADFun: there are no dependent variables, expected at least one");
+  auto recording = std::make_shared<Recording<Base>>();
+  std::vector<NodeId> outputs;
+  for (std::size_t i = 0; i < n_y; ++i) outputs.push_back(Arithmetic<Base>::node(tape, y[i]));
+  for (const auto& print : tape.prints) {
+    recording->prints.push_back({outputs.size(), outputs.size() + 1, print.before, print.after});
+    outputs.insert(outputs.end(), {print.flag, print.value});
+  }
+  Function function = live_part(tape.graph, outputs, tape.guards);  // with all guards
+  function.name = "cppad";
+  function.inputs = {tape.variables.size(), tape.dynamics.size(), tape.captured.size()};
+  recording->function = std::make_shared<const Function>(std::move(function));
+  recording->range = n_y;
+  for (const Guard& guard : tape.guards) {
+    recording->guard_places.push_back(guard.condition);
+    const auto repeats = tape.repeats.find(guard.condition);
+    recording->guard_counts.push_back(repeats == tape.repeats.end() ? 1 : 1 + repeats->second);
+  }
+  recording->kernels = tape.kernels;
+  recording->captured = tape.captured;
+  recording->variables = tape.variables;
+  recording->dynamics = tape.dynamics;
+  return recording;
+}
+
 template <class Base>
 std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::size_t n_x, const AD<Base>* y,
                                                      std::size_t n_y) {
   auto& open = open_tape<Base>();
   if (!open) refuse_recording("ADFun: this thread has no recording open; Independent begins one");
   if (x) check_independents(*open, x, n_x);
-  if (n_y == 0) refuse("ADFun: there are no dependent variables, expected at least one");
   const std::unique_ptr<Tape<Base>> tape = std::move(open);
   set_open_tape<Base>(nullptr);
-  auto recording = std::make_shared<Recording<Base>>();
-  std::vector<NodeId> outputs;
-  for (std::size_t i = 0; i < n_y; ++i) outputs.push_back(Arithmetic<Base>::node(*tape, y[i]));
-  for (const auto& print : tape->prints) {
-    recording->prints.push_back({outputs.size(), outputs.size() + 1, print.before, print.after});
-    outputs.insert(outputs.end(), {print.flag, print.value});
-  }
-  Function function = live_part(tape->graph, outputs, tape->guards);  // with all guards
-  function.name = "cppad";
-  function.inputs = {tape->variables.size(), tape->dynamics.size(), tape->captured.size()};
-  recording->function = std::make_shared<const Function>(std::move(function));
-  recording->range = n_y;
-  for (const Guard& guard : tape->guards) {
-    recording->guard_places.push_back(guard.condition);
-    const auto repeats = tape->repeats.find(guard.condition);
-    recording->guard_counts.push_back(repeats == tape->repeats.end() ? 1 : 1 + repeats->second);
-  }
-  recording->kernels = std::move(tape->kernels);
-  recording->captured = std::move(tape->captured);
-  recording->variables = std::move(tape->variables);
-  recording->dynamics = std::move(tape->dynamics);
-  return recording;
+  return recording_of(*tape, y, n_y);
+}
+
+template <class Base>
+std::shared_ptr<const Recording<Base>> recorded_so_far(const AD<Base>* y, std::size_t n_y) {
+  auto& open = open_tape<Base>();
+  if (!open) refuse_recording("CodeHandler: this thread has no recording open; makeVariables begins one");
+  open->is_printed = true;
+  return recording_of(*open, y, n_y);
+}
+
+template <class Base>
+std::uint32_t open_recording() {
+  return open_tape<Base>() ? open_tape<Base>()->serial : 0;
 }
 
 template <class Base>

@@ -27,6 +27,7 @@ struct Tape : dyntape::detail::Tape {
   std::vector<PrintNodes> prints;
   Kernels kernels;
   std::unordered_map<NodeId, std::size_t> repeats;  // of guards, by their conditions
+  bool is_printed = false;                          // by a CodeHandler: the next recording ends this one
   std::vector<Base> variables, dynamics;
   Begin begin;
 

@@ -54,20 +54,22 @@ bool is_single(const char* who, const std::string& type) {
 void print_recording(std::ostream& out, const std::vector<AD<double>>& y, const std::string& type,
                      const std::string& name, const PrintedNames& names) {
   const bool single = is_single("LanguageC", type);
-  ADFun<double> f;
-  f.Dependent(y);
-  if (!f.core().recording().kernels.empty())
+  const auto recording = detail::recorded_so_far(y.data(), y.size());
+  if (!recording->kernels.empty())
     detail::refuse("CodeHandler: the recording calls a function of the user, of which there is no C");
+  Function function = *recording->function;
+  function.outputs.resize(recording->range);  // without those of prints
+  function = compact(function);
   if (name.empty()) {
-    out << block_of(to_function(f), names, single);
+    out << block_of(std::move(function), names, single);
     return;
   }
-  f.function_name_set(name);
+  function.name = name;
   CodegenOptions options;
   options.order = Order::kValue;
   codegen::EmbeddedOptions how;
   how.single = single;
-  out << generate_embedded(to_function(f), options, how).source.text;
+  out << generate_embedded(function, options, how).source.text;
 }
 
 }  // namespace CppAD::inline dyntape_names::cg

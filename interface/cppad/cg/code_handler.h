@@ -10,6 +10,9 @@
 //   LangCDefaultVariableNameGenerator<double> names;
 //   handler.generateCode(std::cout, language, J, names);          // { ... y[0] = t3; ... }, the body of a function of yours
 //
+// generateCode() may be called several times; the recording lasts as long as the handler, or until the next
+// recording of CG<double> begins.
+//
 // The text is one block that reads x[] and writes y[]; LangCDefaultVariableNameGenerator("out", "in") renames them.
 // After language.setGenerateFunction("name") the text is a complete function, as printed by
 // codegen/print/print_embedded.h.
@@ -72,7 +75,7 @@ class CodeHandler {
  public:
   explicit CodeHandler(std::size_t /*expected operations*/ = 0) {}
   ~CodeHandler() {
-    if (open_) CG<Base>::abort_recording();
+    if (recording_ && recording_ == detail::open_recording<Base>()) CG<Base>::abort_recording();
   }
   CodeHandler(const CodeHandler&) = delete;
   CodeHandler& operator=(const CodeHandler&) = delete;
@@ -80,17 +83,16 @@ class CodeHandler {
   template <class Vector>
   void makeVariables(Vector& x) {
     Independent(x);
-    open_ = true;
+    recording_ = detail::open_recording<Base>();
   }
   template <class Vector>
   void generateCode(std::ostream& out, LanguageC<Base>& language, Vector& dependent,
                     VariableNameGenerator<Base>& names, const std::string& = "source") {
-    open_ = false;
     print_recording(out, detail::entries_of(dependent), language.type(), language.name(), names.names());
   }
 
  private:
-  bool open_ = false;
+  std::uint32_t recording_ = 0;  // its serial number
 };
 
 }  // namespace CppAD::inline dyntape_names::cg

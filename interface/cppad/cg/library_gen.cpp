@@ -6,7 +6,7 @@
 #include <dyntape/codegen/pipeline.h>
 #include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/detail/patterns.h>
-#include <dyntape/interface/cppad/cg/detail/model.hxx>
+#include <dyntape/interface/cppad/cg/detail/model_file.hxx>
 
 namespace CppAD::inline dyntape_names::cg {
 
@@ -40,11 +40,9 @@ std::vector<std::string> flags_for_models(std::vector<std::string> flags) {
   return flags;
 }
 
-std::shared_ptr<const ModelState> state_of(const ModelCSourceGen<double>& model,
-                                           const AbstractCCompiler<double>& compiler) {
-  CodegenOptions options = options_of(model);
-  options.compiler = compiler.getCompilerPath();
-  options.flags = flags_for_models(compiler.getCompileFlags());
+std::shared_ptr<const ModelState> state_of(const ModelCSourceGen<double>& model, const CodegenOptions& how) {
+  CodegenOptions options = how;
+  options.order = options_of(model).order;
   if (!model.recording().kernels.empty()) options.route = Route::kInterpreter;
   return std::make_shared<const ModelState>(
       model.getName(), model.choice(), CompiledFunction::make(function_of(model), options),
@@ -63,11 +61,15 @@ void ModelLibraryCSourceGen<double>::saveSources(const std::string& folder) cons
 template <>
 std::unique_ptr<DynamicLib<double>> DynamicModelLibraryProcessor<double>::createDynamicLibrary(
     AbstractCCompiler<double>& compiler, bool loadLib) {
-  std::map<std::string, std::shared_ptr<const ModelState>> models;
+  CodegenOptions how;
+  how.compiler = compiler.getCompilerPath();
+  how.flags = flags_for_models(compiler.getCompileFlags());
+  Models models;
   for (const auto* model : sources_.getModels()) {
-    if (!models.emplace(model->getName(), state_of(*model, compiler)).second)
+    if (!models.emplace(model->getName(), state_of(*model, how)).second)
       detail::refuse("library \"" + name_ + "\": two models are called \"" + model->getName() + "\"");
   }
+  write_models(name_ + (extension_ ? *extension_ : ".so"), models, how);
   if (!loadLib) return nullptr;
   return std::make_unique<DynamicLib<double>>(std::move(models));
 }

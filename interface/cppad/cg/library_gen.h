@@ -2,8 +2,14 @@
 //
 // Makes libraries of models from functions, by CppADCodeGen's classes (cg.h).
 //
-// The cache identifies a library by its content.  If any program compiled the same library before,
-// createDynamicLibrary loads it from the cache; there is no file to name or to update.  Options that tune
+//   DynamicModelLibraryProcessor<double> processor(sources, "folder/models");
+//   auto library = processor.createDynamicLibrary(compiler);                 // writes folder/models.so
+//   LinuxDynamicLib<double> again("folder/models.so");                       // in a later run
+//
+// The cache identifies compiled code by its content.  If any program compiled the same function before,
+// createDynamicLibrary loads the code from the cache.  The file holds the recorded functions, not the code, although
+// its name ends in .so as in CppADCodeGen: loading compiles only what the cache does not have.  No file is written for
+// models that call atomic functions of the user.  Options that tune
 // CppADCodeGen's C (numbers of assignments, digits of parameters, reuse of passes) are accepted and have no effect:
 // constants are exact, and long functions are always cut.
 #pragma once
@@ -140,19 +146,18 @@ class SaveFilesModelLibraryProcessor {
   ModelLibraryCSourceGen<Base>& sources_;
 };
 
+// The models of a file of createDynamicLibrary, compiled or from the cache (model_file.cpp).  FileError: there is no such
+// file, or it is damaged or of another kind.
+std::map<std::string, std::shared_ptr<const ModelState>> models_of_file(const std::string& path);
+
 // Loaded models.  A call of a model runs in the calling thread; settings of threads are stored and have no effect.
 template <class Base>
 class DynamicLib {
  public:
   explicit DynamicLib(std::map<std::string, std::shared_ptr<const ModelState>> models)
       : models_(std::move(models)) {}
-  // CppADCodeGen's call for a file of an earlier run; always ArgumentError.
-  explicit DynamicLib(const std::string& path) {
-    detail::refuse(
-        "LinuxDynamicLib: \"" + path +
-        "\": libraries are found by what they compute; record the functions and call createDynamicLibrary, "
-        "which compiles nothing that the cache has");
-  }
+  // The file of an earlier run.
+  explicit DynamicLib(const std::string& path) : DynamicLib(models_of_file(path)) {}
   DynamicLib(DynamicLib&&) noexcept = default;
   virtual ~DynamicLib() = default;
 
@@ -216,7 +221,7 @@ class DynamicModelLibraryProcessor {
 
   const std::string& getLibraryName() const { return name_; }
   void setLibraryName(const std::string& name) { name_ = name; }
-  // Accepted without effect: no file has the library's name.
+  // Of the file: ".so" by default.
   const std::string* getCustomLibraryExtension() const { return extension_.get(); }
   void setCustomLibraryExtension(const std::string& extension) {
     extension_ = std::make_unique<std::string>(extension);
@@ -224,7 +229,7 @@ class DynamicModelLibraryProcessor {
   void removeCustomLibraryExtension() { extension_.reset(); }
   std::map<std::string, std::string>& getOptions() { return options_; }
   const std::map<std::string, std::string>& getOptions() const { return options_; }
-  // Compiles the models, or takes them from the cache, and loads them.
+  // Compiles the models, or takes them from the cache, writes the file, and loads them.
   std::unique_ptr<DynamicLib<Base>> createDynamicLibrary(AbstractCCompiler<Base>& compiler,
                                                          bool loadLib = true);
 

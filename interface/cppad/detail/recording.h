@@ -85,6 +85,12 @@ void begin_recording(AD<Base>* x, std::size_t n_x, AD<Base>* dynamic, std::size_
 template <class Base>
 std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::size_t n_x, const AD<Base>* y,
                                                      std::size_t n_y);
+// The recording up to here, with these results.  The recording stays open until the next one begins.
+template <class Base>
+std::shared_ptr<const Recording<Base>> recorded_so_far(const AD<Base>* y, std::size_t n_y);
+// The serial number of the open recording of this thread, or 0.
+template <class Base>
+std::uint32_t open_recording();
 template <class Base>
 void record_print(const AD<Base>& flag, const std::string& before, const AD<Base>& value,
                   const std::string& after);
