@@ -14,18 +14,38 @@ using Sizes = std::vector<std::size_t>;
 
 namespace {
 
-struct LentWorkspace {  // a workspace, lent to a call
-  explicit LentWorkspace(const ModelState& s) : state(s) {
+// Memory lent to a call.
+class LentWork {
+ public:
+  explicit LentWork(const ModelState& state) : state_(state) {
+    is_first_ = !state.is_first_taken.exchange(true, std::memory_order_acquire);
+    if (is_first_) {
+      if (!state.first) state.first = std::make_unique<ModelState::Work>(state.function);
+      work_ = state.first.get();
+      return;
+    }
     const std::scoped_lock lock(state.mutex);
-    if (!state.free.empty()) workspace = std::move(state.free.back()), state.free.pop_back();
-    if (!workspace) workspace = std::make_unique<CompiledFunction::Workspace>(state.function);
+    if (!state.others.empty()) other_ = std::move(state.others.back()), state.others.pop_back();
+    if (!other_) other_ = std::make_unique<ModelState::Work>(state.function);
+    work_ = other_.get();
   }
-  ~LentWorkspace() {
-    const std::scoped_lock lock(state.mutex);
-    state.free.push_back(std::move(workspace));
+  ~LentWork() {
+    if (is_first_) {
+      state_.is_first_taken.store(false, std::memory_order_release);
+    } else {
+      const std::scoped_lock lock(state_.mutex);
+      state_.others.push_back(std::move(other_));
+    }
   }
-  const ModelState& state;
-  std::unique_ptr<CompiledFunction::Workspace> workspace;
+  LentWork(const LentWork&) = delete;
+  LentWork& operator=(const LentWork&) = delete;
+  ModelState::Work& operator*() const { return *work_; }
+
+ private:
+  const ModelState& state_;
+  bool is_first_ = false;
+  std::unique_ptr<ModelState::Work> other_;
+  ModelState::Work* work_ = nullptr;
 };
 
 struct ModelResults {
@@ -44,6 +64,19 @@ void require_size(const ModelState& state, const char* what, std::size_t got, st
                    " entries, expected " + std::to_string(expected));
 }
 
+// Results that are null are not computed.
+void evaluate_model(const ModelState& state, ModelState::Work& work, const double* x, const double* w,
+                    double* y, double* jacobian, double* hessian) {
+  const CompiledFunction& f = state.function;
+  const double* const p = state.recording->dynamics.data();
+  if (hessian)
+    f.second_order(x, p, w, y, jacobian, hessian, work.workspace);
+  else if (jacobian)
+    f.first_order(x, p, y, jacobian, work.workspace);
+  else
+    f.value(x, p, y, work.workspace);
+}
+
 ModelResults evaluate_model(const ModelState& state, Order order, const Doubles& x, const Doubles& w = {}) {
   const CompiledFunction& f = state.function;
   require_size(state, "x", x.size(), f.n_x());
@@ -54,15 +87,25 @@ ModelResults evaluate_model(const ModelState& state, Order order, const Doubles&
     require_size(state, "w", w.size(), f.n_y());
     r.hessian.resize(f.hessian_pattern().nnz());
   }
-  const LentWorkspace room(state);
-  if (order == Order::kValue)
-    f.value(x.data(), state.recording->dynamics.data(), r.y.data(), *room.workspace);
-  if (order == Order::kFirst)
-    f.first_order(x.data(), state.recording->dynamics.data(), r.y.data(), r.jacobian.data(), *room.workspace);
-  if (order == Order::kSecond)
-    f.second_order(x.data(), state.recording->dynamics.data(), w.data(), r.y.data(), r.jacobian.data(),
-                   r.hessian.data(), *room.workspace);
+  const LentWork work(state);
+  evaluate_model(state, *work, x.data(), w.data(), r.y.data(),
+                 order >= Order::kFirst ? r.jacobian.data() : nullptr,
+                 order == Order::kSecond ? r.hessian.data() : nullptr);
   return r;
+}
+
+// The elements that were asked for, into the caller's memory; compute() fills the non-zeros of the pattern.
+template <class Compute>
+void fill_elements(const ModelState& state, const ModelState::Elements& elements, std::size_t nonzeros,
+                   ArrayView<double> values, Compute compute) {
+  require_size(state, "the array of values", values.size(), elements.place.size());
+  const LentWork work(state);
+  if (elements.is_pattern && nonzeros > 0) return compute(*work, values.data());
+  (*work).values.resize(std::max<std::size_t>(nonzeros, 1));
+  const double* const all = (*work).values.data();
+  compute(*work, (*work).values.data());
+  for (std::size_t k = 0; k < values.size(); ++k)
+    values.data()[k] = elements.place[k] == SIZE_MAX ? 0 : all[elements.place[k]];
 }
 
 // From the non-zeros of a pattern to the elements that were asked for.
@@ -113,6 +156,9 @@ void choose_elements(const Pattern& pattern, bool symmetric, const Sizes& rows, 
     }
   }
   elements.place = places_in(pattern, elements.row, elements.col, symmetric);
+  elements.is_pattern = elements.place.size() == pattern.nnz();
+  for (std::size_t k = 0; k < elements.place.size(); ++k)
+    elements.is_pattern = elements.is_pattern && elements.place[k] == k;
 }
 
 Doubles half(const Doubles& t, std::size_t k) {
@@ -166,11 +212,41 @@ Doubles GenericModel<Base>::zero(const Doubles& x) const {
   return evaluate_model(*state_, Order::kValue, x).y;
 }
 template <class Base>
+void GenericModel<Base>::write_zero(ArrayView<const double> x, ArrayView<double> y) const {
+  require_created(*state_, choice().forward_zero, "ForwardZero");
+  require_size(*state_, "x", x.size(), Domain());
+  require_size(*state_, "y", y.size(), Range());
+  const LentWork work(*state_);
+  evaluate_model(*state_, *work, x.data(), nullptr, y.data(), nullptr, nullptr);
+}
+template <class Base>
+void GenericModel<Base>::write_jacobian(ArrayView<const double> x, ArrayView<double> values) const {
+  require_created(*state_, choice().sparse_jacobian, "SparseJacobian");
+  require_size(*state_, "x", x.size(), Domain());
+  fill_elements(*state_, state_->jacobian, state_->function.jacobian_pattern().nnz(), values,
+                [&](ModelState::Work& work, double* nonzeros) {
+                  evaluate_model(*state_, work, x.data(), nullptr, nullptr, nonzeros, nullptr);
+                });
+}
+template <class Base>
+void GenericModel<Base>::write_hessian(ArrayView<const double> x, ArrayView<const double> w,
+                                       ArrayView<double> values) const {
+  require_created(*state_, choice().sparse_hessian, "SparseHessian");
+  require_size(*state_, "x", x.size(), Domain());
+  require_size(*state_, "w", w.size(), Range());
+  fill_elements(*state_, state_->hessian, state_->function.hessian_pattern().nnz(), values,
+                [&](ModelState::Work& work, double* nonzeros) {
+                  evaluate_model(*state_, work, x.data(), w.data(), nullptr, nullptr, nonzeros);
+                });
+}
+template <class Base>
 Doubles GenericModel<Base>::dense_jacobian(const Doubles& x) const {
   require_created(*state_, choice().jacobian, "Jacobian");
   const Pattern& p = state_->function.jacobian_pattern();
-  return spread_elements(evaluate_model(*state_, Order::kFirst, x).jacobian, {p.row.begin(), p.row.end()},
-                         {p.col.begin(), p.col.end()}, p.rows, p.cols);
+  const Doubles values = evaluate_model(*state_, Order::kFirst, x).jacobian;
+  Doubles J(p.rows * p.cols, 0.0);
+  for (std::size_t k = 0; k < p.nnz(); ++k) J[p.row[k] * p.cols + p.col[k]] = values[k];
+  return J;
 }
 template <class Base>
 Doubles GenericModel<Base>::dense_hessian(const Doubles& x, const Doubles& w) const {

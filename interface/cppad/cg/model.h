@@ -119,13 +119,23 @@ class GenericModel {
   // --- values: (n) -> (m) ---
   template <class Vector>
   Vector ForwardZero(const Vector& x) const {
-    return made<Vector>(zero(read(x)));
+    if constexpr (kIsContiguous<Vector>) {
+      Vector y(Range());
+      write_zero(x, y);
+      return y;
+    } else {
+      return made<Vector>(zero(read(x)));
+    }
   }
   template <class Vector>
   void ForwardZero(const Vector& x, Vector& y) const {
-    write(zero(read(x)), y);
+    if constexpr (kIsContiguous<Vector>) {
+      write_zero(x, y);
+    } else {
+      write(zero(read(x)), y);
+    }
   }
-  void ForwardZero(ArrayView<const double> x, ArrayView<double> y) const { write(zero(read(x)), y); }
+  void ForwardZero(ArrayView<const double> x, ArrayView<double> y) const { write_zero(x, y); }
 
   // --- dense derivatives, row by row ---
   template <class Vector>
@@ -191,7 +201,7 @@ class GenericModel {
   }
   void SparseJacobian(ArrayView<const double> x, ArrayView<double> values, const std::size_t** row,
                       const std::size_t** col) const {
-    write(jacobian_values(read(x)), values);
+    write_jacobian(x, values);
     *row = jacobian_rows().data(), *col = jacobian_cols().data();
   }
   template <class Vector>
@@ -205,7 +215,7 @@ class GenericModel {
   }
   void SparseHessian(ArrayView<const double> x, ArrayView<const double> w, ArrayView<double> values,
                      const std::size_t** row, const std::size_t** col) const {
-    write(hessian_values(read(x), read(w)), values);
+    write_hessian(x, w, values);
     *row = hessian_rows().data(), *col = hessian_cols().data();
   }
 
@@ -218,7 +228,16 @@ class GenericModel {
   std::vector<bool> HessianSparsityBool() const { return bools(Domain(), hessian_rows(), hessian_cols()); }
 
  private:
+  template <class Vector>
+  static constexpr bool kIsContiguous = requires(Vector& v) {
+    { v.data() } -> std::convertible_to<const double*>;
+  };
+
   const ModelChoice& choice() const;
+  // Into the caller's memory, without allocations.
+  void write_zero(ArrayView<const double> x, ArrayView<double> y) const;
+  void write_jacobian(ArrayView<const double> x, ArrayView<double> values) const;
+  void write_hessian(ArrayView<const double> x, ArrayView<const double> w, ArrayView<double> values) const;
   Doubles zero(const Doubles& x) const;
   Doubles dense_jacobian(const Doubles& x) const;
   Doubles dense_hessian(const Doubles& x, const Doubles& w) const;
