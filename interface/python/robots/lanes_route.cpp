@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -74,6 +73,7 @@ class LanesRoute final : public RobotPath {
   static constexpr std::size_t kTimed = 256;  // states
   static constexpr std::size_t kTooMany = 4;  // every fourth state evaluated twice: machine code is no faster
   static constexpr double kLargest = 1e30;    // of an input; products of several do not overflow
+  static constexpr std::size_t kBlock = 1024;  // results that are looked at together
 
   std::unique_ptr<PackedRobot> made() const { return std::make_unique<PackedRobot>(model_, function_); }
 
@@ -119,9 +119,11 @@ class LanesRoute final : public RobotPath {
   bool make_machine_code() {
     try {
       const Function recorded = record_robot_function(model_, function_, RobotSource::kAnalytic);
-      always_zero_.setZero(Eigen::Index(n_out));
       const NonzeroOutputs nonzero = nonzero_outputs(recorded);
-      for (std::size_t i = 0; i < n_out; ++i) always_zero_[Eigen::Index(i)] = nonzero.place[i] < 0 ? 1 : 0;
+      Eigen::ArrayXd always_zero(static_cast<Eigen::Index>(n_out));
+      for (std::size_t i = 0; i < n_out; ++i) always_zero[Eigen::Index(i)] = nonzero.place[i] < 0 ? 1 : 0;
+      const std::size_t states = std::max<std::size_t>(1, kBlock / std::max<std::size_t>(1, n_out));
+      always_zero_ = always_zero.replicate(Eigen::Index(states), 1);
       CodegenOptions options;
       options.order = Order::kValue;
       options.route = Route::kMachineCode;
@@ -172,9 +174,13 @@ class LanesRoute final : public RobotPath {
   }
   // Whether results of some states are finite, and those that are not always zero are not zero.
   bool are_plain(const double* y, std::size_t states) const {
-    const Eigen::Map<const Eigen::ArrayXXd> all(y, Eigen::Index(n_out), Eigen::Index(states));
-    return (all.abs().colwise() + always_zero_).minCoeff<Eigen::PropagateNaN>() > 0 &&
-           all.abs().maxCoeff<Eigen::PropagateNaN>() <= std::numeric_limits<double>::max();
+    const auto n = Eigen::Index(states * n_out), block = always_zero_.size();
+    for (Eigen::Index i = 0; i < n; i += block) {
+      const Entries some(y + i, std::min(block, n - i));
+      const bool are_zero = !((some.abs() + always_zero_.head(some.size())).minCoeff() > 0);
+      if (are_zero || (some * 0.0).sum() != 0) return false;  // the product of what is not finite is NaN
+    }
+    return true;
   }
 
   static constexpr int kMostPoor = 64;  // calls in which machine code was no faster
@@ -188,7 +194,9 @@ class LanesRoute final : public RobotPath {
   std::mutex mutex_;
   int trials_ = 0;
   std::optional<CompiledFunction> code_;  // not changed once phase_ is kMachineCode
-  Eigen::ArrayXd always_zero_;            // (n_out) 1 for results that are zero for all states, else 0
+  // (n_out of some states) 1 for results that are zero for all states, else 0.  In one block a pass takes 0.7 ns per result; by
+  // columns of n_out it took 2.5 ns, longer than the results of crba.
+  Eigen::ArrayXd always_zero_;
   dyntape::detail::WorkspacePool<CompiledFunction::Workspace> workspaces_;
 };
 
