@@ -132,7 +132,7 @@ TEST(Interruption, ACompilerInTheBackgroundLeavesNothing) {
   command.send(SIGINT);
   const Outcome outcome = command.wait();
   EXPECT_EQ(outcome.status, 130) << outcome.err;
-  EXPECT_NE(outcome.err.find("nterrupted "), std::string::npos) << outcome.err;
+  EXPECT_NE((outcome.err + outcome.out).find("nterrupted "), std::string::npos) << outcome.err;
   EXPECT_TRUE(builds_in(cache).empty());
   EXPECT_TRUE(fs::is_empty(scratch / "tmp"));
   for (int k = 0; k < 100 && processes_with(cache) > 0; ++k) std::this_thread::sleep_for(10ms);
