@@ -73,45 +73,29 @@ TEST_F(Footholds, SwingsKeepTheirClearanceBetweenPoints) {
   land_at("0.1 0 0.02");
   end_at("0.1 0 0.26");
   replace("contacts \"\"", "contacts \"\"\n    clearance 0.02");
-  for (const char* intervals : {"intervals 10", "intervals 4"}) {
-    Task task = without_expected();
-    if (intervals != std::string("intervals 10")) {
-      for (Task& part : task.parts) part.optimise.mesh.intervals = 4;
-    }
-    const SolveReport report = solve_task(task);
-    ASSERT_TRUE(report.success()) << report.verdict();
-    EXPECT_GT(least_room(task, report, 0.02), -5e-5) << intervals;
-  }
-}
-
-// On a mesh that may not be refined the verdict says by how much, in metres.
-TEST_F(Footholds, ASwingThatIsTooLowBetweenPointsIsNotVerified) {
-  load("quadruped_jump");
-  land_at("0.1 0 0.02");
-  end_at("0.1 0 0.26");
-  replace("contacts \"\"", "contacts \"\"\n    clearance 0.04");
-  Task task = without_expected();
+  const Task task = without_expected();
   const auto& terms = task.parts[1].problem.terms;
   const auto swing = std::find_if(terms.begin(), terms.end(),
                                   [](const Term& t) { return t.name == "FL_FOOT clears its way"; });
   ASSERT_NE(swing, terms.end());
-  EXPECT_EQ(swing->length, 0.04);
-  SolveReport report = solve_task(task);
+  EXPECT_EQ(swing->length, 0.02);
+  const SolveReport report = solve_task(task);
   ASSERT_TRUE(report.success()) << report.verdict();
-  // The same motion, as if 0.3 mm more were asked for: a tenth of a centimetre of the way, but not of the clearance.
+  EXPECT_GT(least_room(task, report, 0.02), -3e-5);
+  // The same motion, as if 0.1 mm more were asked for, would not be verified: a thousandth of the clearance is allowed.
   Task higher = task;
   for (Term& term : higher.parts[1].problem.terms) {
     if (term.length == 0) continue;
     term.function = [f = term.function](const auto& s) {
       auto rows = f(s);
-      for (Eigen::Index i = 0; i < rows.size(); ++i) rows[i] -= 3e-4;
+      for (Eigen::Index i = 0; i < rows.size(); ++i) rows[i] -= 1e-4;
       return rows;
     };
   }
   const Verification v = verify(higher.parts[1].problem, report.solution.phases[1].motion);
   ASSERT_FALSE(v.passings.rows.empty());
   EXPECT_GT(v.passings.worst(), 1e-3);
-  EXPECT_NE(v.passings.rows.front().text().find("clears its way is -0.000"), std::string::npos)
+  EXPECT_NE(v.passings.rows.front().text().find("clears its way is -"), std::string::npos)
       << v.passings.rows.front().text();
 }
 
