@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret_lanes.h>
 #include <dyntape/autodiff/evaluate/numbers.h>
 #include <dyntape/autodiff/graph/callee.h>

@@ -18,6 +18,8 @@ namespace dyntape {
 namespace {
 
 constexpr double kSink = 1e-3;  // m
+// Of 4 s (1 - s) at the share s of a way: beside an end a contact may be lower, by half of kSink here.
+constexpr double kBesideEnd = 0.05;
 
 bool is_foot(const HeldContact& contact) { return !contact.corners.empty(); }
 
@@ -104,15 +106,19 @@ Term swing_clearance(const RobotScene& scene, const HeldContact& contact, const 
     for (std::size_t i = 0; i < points.size(); ++i) {
       const dynamics::Vector3<T> p = at.p + dynamics::Vector3<T>(at.R * points[i].template cast<T>());
       const T share = (p[0] - T(from[i][0])) * T(along[0]) + (p[1] - T(from[i][1])) * T(along[1]);
-      above[Eigen::Index(i)] =
-          p[2] - T(from[i][2]) - share * T(way[2]) - T(4 * clearance) * share * (T(1) - share);
+      const T arc = T(4) * share * (T(1) - share);
+      const T lower =
+          T(kSink * kBesideEnd * kBesideEnd) * (T(1) - arc) / (T(kBesideEnd * kBesideEnd) + arc * arc);
+      above[Eigen::Index(i)] = p[2] - T(from[i][2]) - share * T(way[2]) - T(clearance) * arc + lower;
     }
     return above;
   };
   const std::string name = contact.frame + " clears its way";
   const auto n = Eigen::Index(points_of(contact).size());
-  if (has_way) return at_least(name, of_kinematics(scene, heights), n, -kSink);
-  return at_fraction(0.5, at_least(name, of_kinematics(scene, heights), n, clearance));
+  if (!has_way) return at_fraction(0.5, at_least(name, of_kinematics(scene, heights), n, clearance));
+  Term term = at_least(name, of_kinematics(scene, heights), n, 0);
+  term.length = clearance;
+  return term;
 }
 
 StageFunction impact(const RobotScene& scene, const std::vector<HeldContact>& contacts) {

@@ -192,6 +192,15 @@ std::string below_floor(const std::string& frame, const Eigen::Vector3d& foothol
          " below the floor, which is at z = " + metres(floor);
 }
 
+double limb_length(const dynamics::Model<double>& model, const std::string& frame) {
+  const auto& at = model.frames[std::size_t(model.frame_index(frame))];
+  double length = at.X_BF.p.norm();
+  for (int body = at.body; body >= 0 && model.parent[std::size_t(body)] >= 0;
+       body = model.parent[std::size_t(body)])
+    length += model.X_PJ[std::size_t(body)].p.norm();
+  return length;
+}
+
 Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand& stand) {
   check_stand(scene, q, stand);
   Stander here(scene.model, stand), there = here;

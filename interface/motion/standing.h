@@ -49,6 +49,10 @@ std::string missed_feet(const RobotScene& scene, const Eigen::VectorXd& q,
 std::string below_floor(const std::string& frame, const Eigen::Vector3d& foothold, double floor,
                         const std::string& what = "foothold");
 
+// The sum of the distances (m) between the origins of the joints from the root to a frame: no configuration stretches the limb further, but for
+// prismatic joints.
+double limb_length(const dynamics::Model<double>& model, const std::string& frame);
+
 // A sentence, in N m or N, on motors that cannot hold the robot at rest in the state x of its problem, with the forces of its
 // contacts within their cones; "" if they can, if x is not at rest, or if no motor would help.  Takes milliseconds.
 std::string weak_motors(const RobotScene& scene, const RobotProblemOptions& options, const Problem& problem,

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstring>
 #include <deque>
+#include <string_view>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/run/threads.h>
@@ -19,31 +20,53 @@ namespace {
 PyArrayObject* array_of(nb::handle object) { return reinterpret_cast<PyArrayObject*>(object.ptr()); }
 
 // Throws for arrays whose numbers are not what their owner means: bools, and entries that a mask hides.
-void refuse_what_is_no_number(nb::handle given) {
+void refuse_what_is_no_number(nb::handle given, const std::string& what) {
   bool holds_bools = PyArray_Check(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_BOOL;
   if (PyList_Check(given.ptr()) || PyTuple_Check(given.ptr())) {
     for (nb::handle entry : given) holds_bools = holds_bools || PyBool_Check(entry.ptr());
   }
-  if (holds_bools) throw ArgumentError("expected numbers, got bools; write np.asarray(a, dtype=float)");
+  if (holds_bools)
+    throw ArgumentError(what + ": expected numbers, got bools; write np.asarray(a, dtype=float)");
   if (!PyArray_Check(given.ptr())) return;
   if (!PyArray_CheckExact(given.ptr()) && nb::hasattr(given, "mask") &&
       nb::cast<bool>(nb::module_::import_("numpy").attr("any")(given.attr("mask")).attr("item")()))
-    throw ArgumentError("a masked array has entries without a number; write a.filled(number)");
+    throw ArgumentError(what + ": a masked array has entries without a number; write a.filled(number)");
+}
+
+// numpy's error at hand, with the name of the argument before its first line.
+[[noreturn]] void raise_with_name(const std::string& what) {
+  nb::python_error error;  // takes the error
+  std::string text = nb::cast<std::string>(nb::str(error.value()));
+  text = text.substr(0, text.find('\n'));
+  constexpr std::string_view kCast = "Cannot cast array data from ";
+  if (text.starts_with(
+          kCast))  // "Cannot cast array data from dtype('<U1') to dtype('float64') according to the rule 'safe'"
+    text = "got one of " + text.substr(kCast.size(), text.find(" to dtype") - kCast.size());
+  const std::string sentence = what + ": expected an array of numbers: " + text;
+  if (error.matches(PyExc_ValueError)) throw ArgumentError(sentence);
+  if (error.matches(PyExc_TypeError)) throw nb::type_error(sentence.c_str());
+  throw error;
 }
 
 // A float64 array, aligned and of this machine's byte order.
-nb::object as_float64(nb::handle given, int requirements = 0) {
-  if (PyArray_CheckExact(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_DOUBLE &&
-      PyArray_ISBEHAVED_RO(array_of(given)) &&
-      (!(requirements & NPY_ARRAY_C_CONTIGUOUS) || PyArray_IS_C_CONTIGUOUS(array_of(given))))
-    return nb::borrow(given);
-  refuse_what_is_no_number(given);
+nb::object converted(nb::handle given, const std::string& what, int requirements) {
+  refuse_what_is_no_number(given, what);
   if (PyArray_Check(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_OBJECT)
     requirements |= NPY_ARRAY_FORCECAST;  // of numbers: holds_objects()
   PyObject* made =
       PyArray_FROM_OTF(given.ptr(), NPY_DOUBLE, NPY_ARRAY_ALIGNED | NPY_ARRAY_NOTSWAPPED | requirements);
-  if (!made) nb::raise_python_error();
+  if (!made) raise_with_name(what);
   return nb::steal(made);
+}
+
+// `what`: makes the name of the argument.
+template <class What>
+nb::object as_float64(nb::handle given, const What& what, int requirements = 0) {
+  if (PyArray_CheckExact(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_DOUBLE &&
+      PyArray_ISBEHAVED_RO(array_of(given)) &&
+      (!(requirements & NPY_ARRAY_C_CONTIGUOUS) || PyArray_IS_C_CONTIGUOUS(array_of(given))))
+    return nb::borrow(given);
+  return converted(given, what(), requirements);
 }
 
 std::size_t product(const std::ptrdiff_t* shape, std::size_t n) {
@@ -105,7 +128,8 @@ std::size_t Numbers::size() const { return product(shape.data(), shape.size()); 
 Numbers numbers(nb::handle given, const std::string& what) {
   Numbers result;
   if (holds_objects(given)) throw ArgumentError(what + ": expected numbers, got an array of Python objects");
-  result.array = as_float64(given, NPY_ARRAY_C_CONTIGUOUS);
+  result.array = as_float64(
+      given, [&] { return what; }, NPY_ARRAY_C_CONTIGUOUS);
   PyArrayObject* array = array_of(result.array);
   result.data = static_cast<const double*>(PyArray_DATA(array));
   result.shape.assign(PyArray_DIMS(array), PyArray_DIMS(array) + PyArray_NDIM(array));
@@ -162,7 +186,7 @@ void Rows::add(nb::handle given, const char* name, std::size_t entries) {
   Argument& argument = arguments_[n_];
   argument.name = name;
   argument.entries = entries;
-  argument.array = as_float64(given);
+  argument.array = as_float64(given, [&] { return std::string(function_) + ": " + name; });
   PyArrayObject* array = array_of(argument.array);
   argument.data = PyArray_BYTES(array);
   argument.axes = PyArray_NDIM(array) - 1;

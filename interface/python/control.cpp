@@ -29,8 +29,19 @@ struct PythonMpc {
   std::mutex mutex;                                // one step at a time
 };
 
+void refuse_plain_costs(const Problem& problem) {
+  for (const Term& term : problem.terms) {
+    if (term.role != Role::kCost || !term.curvature.empty()) continue;
+    throw ArgumentError(
+        "Mpc: \"" + term.name +
+        "\" is a plain cost (add_cost); expected squares of residuals (add_squares), whose curvature a "
+        "controller uses");
+  }
+}
+
 void make_mpc(PythonMpc* self, const PythonProblem& p, int intervals, const std::string& scheme,
               int iterations, bool gains, double tolerance) {
+  refuse_plain_costs(p.problem);
   MpcOptions options;
   options.mesh.intervals = intervals;
   options.mesh.scheme = scheme_by_name(scheme);

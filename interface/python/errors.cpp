@@ -4,6 +4,7 @@
 #include <dyntape/autodiff/error.h>
 
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <typeinfo>
 #include <utility>
@@ -55,6 +56,9 @@ void translate(const std::exception_ptr& exception, void*) {
     std::rethrow_exception(exception);
   } catch (const Error& error) {
     PyErr_SetString(type_of(error).ptr(), in_python_words(error.what()).c_str());
+  } catch (const std::filesystem::filesystem_error& error) {
+    const std::string sentence = error.path1().string() + ": " + error.code().message();
+    PyErr_SetString(family->file.ptr(), sentence.c_str());
   } catch (const std::bad_cast&) {
     PyErr_SetString(PyExc_TypeError,
                     "an argument, or an entry of one, has a type that nothing can be made of");

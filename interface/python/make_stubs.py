@@ -50,7 +50,7 @@ def main():
     for name in results:  # stubgen takes them for classes like others
         delattr(module, name)
     for value in vars(module).values():
-        if isinstance(value, type) and issubclass(value, Exception):
+        if isinstance(value, type):  # errors, and classes to which the package gives its own name
             value.__module__ = module.__name__
     generator = StubGen(module, quiet=True)
     generator.put(module)

@@ -9,10 +9,12 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <set>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_plant.h>
 
@@ -37,8 +39,14 @@ ControlUnit unit_from(const std::string& word) {
   throw ArgumentError("problem: unit: expected \"physical\" or \"fraction\", got \"" + word + "\"");
 }
 
+void check_duration(const std::string& what, double duration) {
+  if (duration > 0 && std::isfinite(duration)) return;
+  throw ArgumentError(what + ": duration is " + io::shortest(duration) + " s; expected a positive number");
+}
+
 std::shared_ptr<P> problem_in(RobotScene scene, double duration, const std::string& form,
                               const std::string& unit, const std::vector<dynamics::MimicRule>& mimics = {}) {
+  check_duration("problem", duration);
   auto p = std::make_shared<P>();
   p->is_robot = true;
   p->scene = std::move(scene);
@@ -98,6 +106,7 @@ P own_problem(const std::string& name, const std::vector<std::string>& states,
               const std::vector<std::string>& controls, double duration, nb::callable rate,
               nb::handle parameters) {
   check_names(name, states, controls);
+  check_duration("Problem(\"" + name + "\")", duration);
   P p;
   // The sizes first: the rate is recorded with them.
   p.problem = Problem(name, states, controls, duration, StageFunction([](const auto& s) { return s.x; }));
@@ -208,6 +217,14 @@ void bound_part(Bounds& bounds, const std::string& what, nb::handle lower, nb::h
   set(bounds.upper, upper);
 }
 
+void check_range(double shortest, double longest) {
+  if (shortest > 0 && shortest <= longest && std::isfinite(longest)) return;
+  const bool is_first = !(shortest > 0 && std::isfinite(shortest));
+  throw ArgumentError(std::string("free_duration: ") + (is_first ? "shortest" : "longest") + " is " +
+                      io::shortest(is_first ? shortest : longest) + " s; expected " +
+                      (is_first ? "a positive number" : "a number of at least " + io::shortest(shortest)));
+}
+
 std::string summary(const P& p) {
   std::string terms;
   for (const Term& term : p.problem.terms) terms += (terms.empty() ? "" : ", ") + term.name;
@@ -310,7 +327,11 @@ void bind_limits(nb::class_<P>& problem) {
               "def set_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) -> None"),
           "Another value for a parameter.")
       .def(
-          "free_duration", [](P& p, double s, double l) { p.problem.free_duration(s, l); },
+          "free_duration",
+          [](P& p, double shortest, double longest) {
+            check_range(shortest, longest);
+            p.problem.free_duration(shortest, longest);
+          },
           nb::arg("shortest"), nb::arg("longest"),
           "Leaves the duration to the solver, between these bounds, s.")
       .def_prop_ro(

@@ -61,6 +61,8 @@ struct PythonProblem {
     std::optional<double> share;    // of the duration; none: all along
     bool is_foothold = false;       // of a swing that ends there, otherwise of an equality
     std::optional<double> floor{};  // m, its height under a foothold, where it is known
+    double clearance = 0;           // m, of the swing that ends there
+    Eigen::Vector3d from{0, 0, 0};  // m, where this swing begins
   };
   std::vector<Demand> demands = {};  // positions of frames, which are checked before a solve
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "robot_routes.h"
 
+#include <Eigen/Core>
+
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/workspace_pool.h>
@@ -120,7 +122,7 @@ void evaluate(RobotPath& route, const Rows& rows, double* results) {
   const auto part = [&](std::size_t first, std::size_t count, const double* states) {
     double* const y = results + first * route.n_out;
     route.evaluate(states, count, y);
-    for (std::size_t i = 0; i < count * route.n_out; ++i) y[i] += 0.0;  // -0 becomes 0
+    Eigen::Map<Eigen::ArrayXd>(y, Eigen::Index(count * route.n_out)) += 0.0;  // -0 becomes 0
   };
   if (rows.is_single() && route.is_brief && route.n_out <= kBriefOutputs) return for_one(rows, part);
   for_chunks(rows, part);

@@ -169,6 +169,8 @@ bool SweepReport::success() const {
 std::string SweepReport::verdict() const {
   const std::string all = io::with_groups(sweep.rows()) + " samples";
   if (outcome.was_stopped) {
+    if (outcome.rows == 0)
+      return "stopped before the first of " + all + " was complete; repeat the command to begin again";
     return "stopped after " + io::with_groups(outcome.rows) + " of " + all +
            "; repeat the command to continue";
   }

@@ -50,12 +50,27 @@ TEST(Shapes, AnyVectorOfDoublesIsAnArgument) {
   EXPECT_EQ(evaluate(f, m.reshaped().segment(2, 4)), (Vector{2, 3, 4, 5}));
   EXPECT_EQ(evaluate(f, std::array<double, 4>{3, 2, 1, 0}), (Vector{3, 2, 1, 0}));
   EXPECT_EQ(evaluate(f, Eigen::MatrixXd(m.topLeftCorner(2, 2))), (Vector{0, 1, 4, 5}));
-  // The entries are not adjacent in memory.
-  EXPECT_THROW(evaluate(f, m.row(0)), ArgumentError);
-  EXPECT_THROW(evaluate(f, m.diagonal()), ArgumentError);
-  EXPECT_THROW(evaluate(f, m.topLeftCorner(2, 2)), ArgumentError);
-  EXPECT_THROW(evaluate(f, m.block(0, 0, 1, 4)), ArgumentError);
-  EXPECT_THROW(evaluate(f, (m.block<2, 2>(1, 1))), ArgumentError);
+  // The entries are not adjacent in memory: they are copied.
+  EXPECT_EQ(evaluate(f, m.row(1)), (Vector{1, 5, 9, 13}));
+  EXPECT_EQ(evaluate(f, m.diagonal()), (Vector{0, 5, 10, 15}));
+  EXPECT_EQ(evaluate(f, m.topLeftCorner(2, 2)), (Vector{0, 1, 4, 5}));
+  EXPECT_EQ(evaluate(f, m.block(0, 0, 1, 4)), (Vector{0, 4, 8, 12}));
+  EXPECT_EQ(evaluate(f, (m.block<2, 2>(1, 1))), (Vector{5, 6, 9, 10}));
+}
+
+TEST(Shapes, ExpressionsOfEigenAreArguments) {
+  const Function f =
+      record("sums", 4, 2, [](const VectorXad& x, const VectorXad& p) { return VectorXad(x * p.sum()); });
+  using Vector = std::vector<double>;
+  const Eigen::VectorXd q = Eigen::VectorXd::LinSpaced(6, 0, 5);
+  EXPECT_EQ(evaluate(f, q.head(4) + q.tail(4), q.head(2)), (Vector{2, 4, 6, 8}));
+  EXPECT_EQ(evaluate(f, 2 * q.segment(1, 4), {1, 2}), (Vector{6, 12, 18, 24}));
+  EXPECT_EQ(evaluate(f, Eigen::MatrixXd::Identity(4, 6) * q, Eigen::Vector2d::Ones()), (Vector{0, 2, 4, 6}));
+  EXPECT_EQ(evaluate(f, q.head(4).reverse(), {0, 1}), (Vector{3, 2, 1, 0}));
+  // Adjacent numbers are not copied.
+  const Numbers segment = q.segment(2, 3), sum = q + q, copy = sum;
+  EXPECT_EQ(segment.data(), q.data() + 2);
+  EXPECT_EQ(copy.data()[5], 10);
 }
 
 TEST(Shapes, Case73_NoOutputsAndNoInputs) {

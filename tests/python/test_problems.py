@@ -243,11 +243,37 @@ def test_a_swing_clears_its_way():
         off = arm.frame_placement(motion.q, frame="hand").p - first
         s = off[:, 0] / (last - first)[0]
         room[clearance] = (off[:, 2] - s * (last - first)[2] - 4 * 0.05 * s * (1 - s)).min()
-    assert room[0] < -5e-3 and room[0.05] > -1.5e-3
+    assert room[0] < -5e-3 and room[0.05] > -1.1e-3
     with pytest.raises(dyntape.ArgumentError, match="a clearance above 0"):
         p.swing_clearance("hand", first, last, -1)
     with pytest.raises(dyntape.ArgumentError, match="hnd"):
         p.swing_clearance("hnd", first, last, 0.1)
+
+
+def test_a_swing_clears_its_way_between_points():
+    """On a coarse mesh too, or the motion is not called verified."""
+    arm = dyntape.load(CONFIG / "robots" / "arm_2r.urdf")
+    ends = np.array([[-0.6, 1.0], [-1.2, 1.9]])
+    first, last = arm.frame_placement(ends, frame="hand").p
+    low = []
+    for intervals in 4, 6, 10, 20, None:
+        p = arm.problem(1, form="inverse")
+        p.start_at(ends[0])
+        p.end_at(ends[1])
+        p.add_accelerations()
+        p.swing_clearance("hand", first, last, 0.05)
+        motion = p.solve(intervals)
+        q = motion.at(np.linspace(0, 1, 2001)).q
+        off = arm.frame_placement(q, frame="hand").p - first
+        s = off[:, 0] / (last - first)[0]
+        inside = (s > 0.1) & (s < 0.9)
+        least = (off[:, 2] - s * (last - first)[2] - 4 * 0.05 * s * (1 - s))[inside].min()
+        assert least > -6e-5 or not motion.success, (intervals, least)
+        low.append(least)
+        if not motion.success:
+            assert any("hand clears its way" in text for text in motion.passings), motion.verdict
+    assert min(low) < -6e-5  # which a coarse mesh would have passed
+    assert motion.success and low[-1] > -6e-5
 
 
 def test_footholds_out_of_reach_are_told_in_metres(tmp_path):
@@ -303,6 +329,41 @@ def test_targets_of_a_problem_out_of_reach_are_told_in_metres():
     near = q[7]
     assert not told(hand[7], "end", bounds=(near - 0.1, near + 0.1))
     assert told(hand[7], "end", bounds=(near + [0.3, 0.3], near + [0.4, 0.4]))  # the problem's own bounds
+
+
+def test_clearances_out_of_reach_are_told(solo):
+    arm = dyntape.load(CONFIG / "robots" / "arm_2r.urdf")
+    ends = np.array([[-0.6, 1.0], [-1.2, 1.9]])
+    first, last = arm.frame_placement(ends, frame="hand").p
+
+    def told(robot, frame, first, last, clearance):
+        p = robot.problem(1)
+        p.start_at(robot.neutral())
+        p.swing_clearance(frame, first, last, clearance)
+        p.add_effort()
+        return [s for s in said_before(p) if s.startswith("swing_clearance of ")]
+
+    assert not told(arm, "hand", first, last, 0.05)
+    (far,) = told(arm, "hand", first, last, 5)
+    assert "swing_clearance of 'hand' by 5.00 m: halfway no configuration" in far
+    foot = solo.frame_placement(solo.neutral(), frame="FL_FOOT").p
+    assert not told(solo, "FL_FOOT", foot, foot + [0.1, 0, 0], 0.1)
+    (high,) = told(solo, "FL_FOOT", foot, foot + [0.1, 0, 0], 5)
+    assert "in 1.00 s it comes to less than 2." in high
+
+
+def test_a_swing_of_a_floating_robot_without_contacts_is_told(solo):
+    foot = solo.frame_placement(solo.neutral(), frame="FL_FOOT").p
+
+    def told(p):
+        p.start_at(solo.neutral())
+        p.swing_clearance("FL_FOOT", foot, foot + [0.05, 0, 0], 0.02)
+        p.add_effort()
+        return [s for s in said_before(p) if "has no contacts" in s]
+
+    (sentence,) = told(solo.problem(1))
+    assert sentence.startswith("swing_clearance: 'solo12' floats, and this problem has no contacts, so that it falls; expected")
+    assert not told(dyntape.Scene(CONFIG / "scenes" / "solo12_compliant_floor.info").problem(1))
 
 
 def test_footholds_of_a_problem_are_told(solo):

@@ -42,6 +42,27 @@ WRONG = [
 ]
 
 
+def plain_car():
+    p = dyntape.Problem("car", ["x"], ["u"], 1.0, lambda s: s.u)
+    p.add_cost("effort", lambda s: s.u[0] ** 2)
+    p.start = [0.0]
+    return p
+
+
+WRONG += [
+    (lambda: car().solve(2**80), "Problem.solve: intervals is 1208925819614629174706176; expected int | None, below 2**63"),
+    (lambda: car().solve(2**40), "Problem.solve: intervals is 1099511627776; expected int | None, below 2**31"),
+    (lambda: car().solve(4, max_iterations=2**80), "Problem.solve: max_iterations is 1208925819614629174706176; expected int, below 2**63"),
+    (lambda: dyntape.Mpc(car(), intervals=2**80), "Mpc: intervals is 1208925819614629174706176; expected int, below 2**63"),
+    (lambda: dyntape.Mpc(car(), iterations=2**40), "Mpc: iterations is 1099511627776; expected int, below 2**31"),
+    (lambda: ARM.random(2**80), "Robot.random: count is 1208925819614629174706176; expected int | None, below 2**63"),
+    (lambda: ARM.random(3, seed=2**80), "Robot.random: seed is 1208925819614629174706176; expected int, below 2**63"),
+    (lambda: ARM.rnea({}, np.zeros(6), np.zeros(6)), "rnea: q: expected an array of numbers: "),
+    (lambda: ARM.rnea(np.array(["a"] * 6), np.zeros(6), np.zeros(6)), "rnea: q: expected an array of numbers: got one of dtype('<U1')"),
+    (lambda: square()(np.array([1j, 2])), "x: expected an array of numbers: "),
+]
+
+
 LONG = 10**400
 WRONG += [
     (lambda: ARM.random(LONG), "Robot.random: count is 10000000000000000000... (401 digits); expected int | None, below 2**63"),
@@ -173,6 +194,40 @@ def test_functions_that_compute_the_same_are_equal():
     assert f != h and f != 3 and f != None  # noqa: E711
 
 
+def test_a_folder_that_cannot_be_made_is_a_file_error():
+    with pytest.raises(dyntape.FileError, match="^/proc/nothing: "):
+        dyntape.simulate(SCENE).write("/proc/nothing")
+
+
+def test_classes_have_public_names():
+    import pickle
+
+    for name in dyntape.__all__:
+        value = getattr(dyntape, name)
+        if isinstance(value, type):
+            assert not value.__module__.endswith("_dyntape"), value
+    assert repr(dyntape.Robot) == "<class 'dyntape.Robot'>"
+    assert pickle.loads(pickle.dumps(square()))([1.0, 2.0]).tolist() == [1, 4]
+    assert pickle.loads(pickle.dumps(ARM)).nq == 6
+
+
+def test_all_results_have_a_display():
+    p = car()
+    step = dyntape.Mpc(p).step(0.0, [0.0])
+    free = car(goal=[np.nan])
+    free.add_squares("there", lambda s: s.x - 1, where="end")
+    results = [step, p.solve(4), free.solve_ddp(4), dyntape.Scene(SCENE), dyntape.simulate(SCENE)]
+    results += [dyntape.control(CONTROL), dyntape.Task(dyntape.config_folder() / "tasks" / "block_move.info")]
+    batch = free.ddp(4).solve_batch(np.zeros((3, 1)))
+    pages = [r._repr_html_() for r in [*results, batch]]
+    assert all(len(page) > 100 for page in pages)
+    assert pages[0].count("<polyline") == 2 and "usable" in pages[0]
+    random = np.random.default_rng(0)
+    q, v, a = ARM.random(400), random.normal(size=(400, 6)), random.normal(size=(400, 6))
+    found = ARM.identify(q, v, a, ARM.rnea(q, v, a) + 1e-3 * random.normal(size=(400, 6)))
+    assert found._repr_html_().count("<tr>") == len(found.names) + 1
+
+
 def test_displays():
     page = square()._repr_html_()
     assert "Jacobian: 2 of 4" in page and page.count("<rect") == 4
@@ -229,6 +284,20 @@ REFUSED = [
     (lambda: car(goal=[np.inf]).solve(4), "or NaN for a free entry"),
     (lambda: dyntape.record(lambda x: x if x[0] > 0 else -x, 1, branches="error"), "use dyntape.where(condition, a, b)"),
     (lambda: dyntape.Mpc(car()).sensitivities(), "expected a step before that"),
+    (lambda: ARM.random(2**62), "Robot.random: count is 4611686018427387904, which no memory holds; expected at most "),
+    (lambda: ARM.rnea([[0] * 6, [0] * 5], np.zeros(6), np.zeros(6)), "rnea: q: expected an array of numbers: "),
+    (lambda: setattr(car(), "start", "here"), "start: expected an array of numbers: could not convert string to float: 'here'"),
+    (lambda: car().bound_states("low"), "bound_states: expected an array of numbers: could not convert string"),
+    (lambda: dyntape.Mpc(plain_car()), 'Mpc: "effort" is a plain cost (add_cost); expected squares of residuals (add_squares)'),
+    (lambda: ARM.problem(-1), "problem: duration is -1 s; expected a positive number"),
+    (lambda: ARM.problem(float("nan")), "problem: duration is nan s; expected a positive number"),
+    (lambda: dyntape.Scene(SCENE).problem(0), "problem: duration is 0 s; expected a positive number"),
+    (lambda: dyntape.Problem("car", ["x"], ["u"], -1, lambda s: s.u), 'Problem("car"): duration is -1 s; expected a positive number'),
+    (lambda: dyntape.Problem("car", ["x"], ["u"], np.inf, lambda s: s.u), 'Problem("car"): duration is inf s; expected a positive number'),
+    (lambda: car().free_duration(-1, 2), "free_duration: shortest is -1 s; expected a positive number"),
+    (lambda: car().free_duration(np.nan, 2), "free_duration: shortest is nan s; expected a positive number"),
+    (lambda: car().free_duration(1, 0.5), "free_duration: longest is 0.5 s; expected a number of at least 1"),
+    (lambda: car().free_duration(1, np.nan), "free_duration: longest is nan s; expected a number of at least 1"),
 ]
 
 

@@ -10,6 +10,7 @@
 #include <dyntape/interface/files/scene/folded_notes.h>
 #include <dyntape/interface/files/sweep/sweep.h>
 #include <dyntape/interface/files/task/task_keys.h>
+#include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/run/simulate/simulate.h>
 
@@ -84,9 +85,12 @@ Found found_in(const TextOfFile& file) {
             std::move(task.notes)};
   }
   Task task = task_in(file);
+  std::vector<std::string> notes = std::move(task.notes);
+  for (const std::string& sentence : unmet_demands(task))
+    if (sentence != task.unreachable) notes.push_back(file.path + ": " + sentence);
   return {std::move(task.effective),
           std::to_string(task.problem.n_x()) + " states, " + std::to_string(task.problem.n_u()) + " controls",
-          std::move(task.notes)};
+          std::move(notes)};
 }
 
 // Gives the keys of the file, and of those that it includes, their names of today.

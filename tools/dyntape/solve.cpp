@@ -99,9 +99,10 @@ SolveReport watched(const Task& task, SolveDisplay& display, const Interruption&
   }
 }
 
-void print_trouble(const Task& task, const SolveReport& report) {
+// The report in words begins with the verdict.  It is repeated below it for a failure, not for an interruption, which the user knows of.
+void print_trouble(const Task& task, const SolveReport& report, bool json) {
   if (!report.success()) {
-    std::cerr << "dyntape: " << report.verdict() << "\n";
+    if (json || !report.interrupted) std::cerr << "dyntape: " << report.verdict() << "\n";
     for (const std::string& note : folded(task.notes)) std::cerr << "dyntape: note: " << note << "\n";
   }
   for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
@@ -120,7 +121,7 @@ void run(const SolveOptions& options) {
   SolveReport report = folder.hold([&] { return watched(task, display, interruption); });
   if (!options.output.empty()) write_results(task, report, options.output, interruption.token());
   print_report(report, options);
-  print_trouble(task, report);
+  print_trouble(task, report, options.json);
   if (report.interrupted) throw Failure{interruption.status()};
   if (!report.success() || !report.unwritten.empty()) throw Failure{};
 }

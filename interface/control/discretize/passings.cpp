@@ -130,7 +130,7 @@ class Search {
       const std::string index = term.lower.size() > 1 ? "[" + std::to_string(r) + "]" : "";
       const Value value = [&](const Stage<double>& s) { return term.function(s)[r]; };
       search(term.name + index, values, value, term.lower[r], term.upper[r],
-             [&](const Place& at) { return change_by_movements(value, at); });
+             [&](const Place& at) { return term.length > 0 ? term.length : change_by_movements(value, at); });
     }
   }
 

@@ -12,6 +12,7 @@
 // that interval, at least half of its movement in the whole motion.  So an excess of 1e-3 means the same for a
 // distance, its square and its inverse: the motion must move aside by 1e-3 of its way through the interval.
 //
+// - If a term has a length of its own (Term::length), the excess is relative to that.
 // - Controls and accelerations count with five times their whole movement, since polynomials overshoot at jumps on
 // every mesh.
 // - The excess of a bound on a state or an acceleration is relative to its whole movement.

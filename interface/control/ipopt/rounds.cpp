@@ -63,16 +63,7 @@ bool coarse(const NlpScaling& units, const NlpScaling& found) {
   return result;
 }
 
-SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
-  return {a.total + b.total,
-          a.processor + b.processor,
-          a.functions + b.functions,
-          a.jacobian + b.jacobian,
-          a.hessian + b.hessian,
-          a.function_calls + b.function_calls,
-          a.jacobian_calls + b.jacobian_calls,
-          a.hessian_calls + b.hessian_calls};
-}
+SolveTimes operator+(SolveTimes a, const SolveTimes& b) { return a += b; }
 
 NlpSolution solve_first(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
                         const RoundSolver& solve, int before) {

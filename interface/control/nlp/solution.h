@@ -37,6 +37,13 @@ struct SolveTimes {
   double total = 0, processor = 0, functions = 0, jacobian = 0, hessian = 0;
   int function_calls = 0, jacobian_calls = 0, hessian_calls = 0;
   double solver() const { return total - functions - jacobian - hessian; }  // linear algebra and all else
+  SolveTimes& operator+=(const SolveTimes& more) {
+    total += more.total, processor += more.processor;
+    functions += more.functions, jacobian += more.jacobian, hessian += more.hessian;
+    function_calls += more.function_calls, jacobian_calls += more.jacobian_calls,
+        hessian_calls += more.hessian_calls;
+    return *this;
+  }
 };
 
 // Whether a stationary point is a minimum (second_order.h).

@@ -96,6 +96,13 @@ int Solution::iterations() const {
   return sum;
 }
 
+SolveTimes Solution::times() const {
+  if (meshes.empty()) return nlp.times;
+  SolveTimes sum;
+  for (const MeshRound& mesh : meshes) sum += mesh.times;
+  return sum;
+}
+
 std::string Solution::verdict() const {
   const Verification& v = verification;
   if (!converged()) return describe(nlp.status) + of_violated(*this);

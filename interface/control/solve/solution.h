@@ -53,6 +53,8 @@ struct MeshRound {
   SolveStatus status = SolveStatus::kSolverError;
   double relaxation = 0;              // m, of rigid contacts (implicit_contacts.h); 0: no rigid contacts
   double passed = 0, cost_error = 0;  // largest violation between points; error of the quadrature
+  SolveTimes times = {};              // of the solve
+  double verify_seconds = 0;
 };
 
 // The first-order conditions, and the second-order one if known.  A NaN is a failure.
@@ -84,7 +86,7 @@ struct Solution {
   DerivativeCheck derivatives;
   KktResiduals kkt;  // relative to the nominal values of the last round (ipopt.h), like the verification
   double cost_at_start = 0;  // OptimiseOptions::cost_at_start, or the cost of this mesh's start if larger
-  double build_seconds = 0, check_seconds = 0, verify_seconds = 0;  // time of the solve: nlp.times
+  double build_seconds = 0, check_seconds = 0, verify_seconds = 0;  // of the last mesh; times()
 
   VerifyOptions demands = {};  // of success()
 
@@ -102,6 +104,7 @@ struct Solution {
   }
   double cost() const { return nlp.objective; }
   int iterations() const;       // on all meshes
+  SolveTimes times() const;     // of the solves of all meshes
   std::string verdict() const;  // one sentence, the same in `dyntape solve`, C++ and Python
 };
 

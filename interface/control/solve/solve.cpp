@@ -421,7 +421,9 @@ MeshRound round_of(const Solution& s) {
           s.nlp.status,
           0,
           v.passings.worst(),
-          v.cost_error};
+          v.cost_error,
+          s.nlp.times,
+          s.verify_seconds};
 }
 
 std::vector<double> warm_start(const std::vector<Trajectory>& motions, const StagedNlp& program) {

@@ -79,7 +79,10 @@ void throw_if_any(std::vector<Problem> problems) {
     if (a.where.file != b.where.file && a.where.file && b.where.file && *a.where.file != *b.where.file) {
       return *a.where.file < *b.where.file;
     }
-    return std::tie(a.where.line, a.where.column) < std::tie(b.where.line, b.where.column);
+    // What the whole file lacks comes last: it may follow from what is wrong in a line.
+    const bool a_is_of_file = a.where.line == 0, b_is_of_file = b.where.line == 0;
+    return std::tie(a_is_of_file, a.where.line, a.where.column) <
+           std::tie(b_is_of_file, b.where.line, b.where.column);
   });
   std::vector<std::string> sentences;
   for (const Problem& problem : problems)

@@ -133,7 +133,7 @@ void Section::defer(const std::string& key, const std::string& takes, const char
 
 const InfoNode* Section::find(const std::string& key, bool required) {
   if (given(key)) return state_->node->child(key);
-  if (required) note(state_->where, missing(key));
+  if (required && !state_->is_missing) note(state_->where, missing(key));
   return nullptr;
 }
 
@@ -158,7 +158,9 @@ Section Section::child(const std::string& key) {
   ask(key, "a block", nullptr);
   const InfoNode* node = find(key, true);
   if (node && !node->has_block) note(node->where, no_block(full(key)));
-  return Section(reading_, state_->block_of(node, key));
+  State* const block = state_->block_of(node, key);
+  block->is_missing = !node || !node->has_block;
+  return Section(reading_, block);
 }
 
 Section Section::child_or_empty(const std::string& key) {
@@ -192,6 +194,15 @@ std::vector<Section> Section::all_children() {
   }
   return sections;
 }
+
+std::vector<std::string> Section::keys() const {
+  std::vector<std::string> keys;
+  if (!state_->node) return keys;
+  for (const InfoNode& node : state_->node->children) keys.push_back(node.key);
+  return keys;
+}
+
+bool Section::has_problems() const { return !reading_->problems.empty(); }
 
 bool Section::sound() const {
   if (!reading_->problems.empty()) return false;

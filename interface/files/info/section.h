@@ -91,6 +91,7 @@ class Section {
   std::vector<Section> children(const std::string& key);  // all blocks of this name, which may be repeated
   std::vector<Section> each(const std::string& key);      // the same, or one empty block if there is none
   std::vector<Section> all_children();                    // all blocks of any name
+  std::vector<std::string> keys() const;  // of this block in the file, in order; marks none as known
 
   std::string name() const;          // the key; "" for the file itself
   std::string path() const;          // "solver.lineSearch"
@@ -117,6 +118,8 @@ class Section {
   // The keys read from this block and their values as .info text.  Comments mark default values.
   std::string effective_values() const;
 
+  // Returns true if the file has a problem so far.
+  bool has_problems() const;
   // Returns true if there is no problem so far and every entry of this block was read.
   bool sound() const;
 

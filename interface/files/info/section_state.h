@@ -31,6 +31,7 @@ struct SectionState {
   std::set<std::string> repeatable = {};
   bool all_asked = false;    // all_children returned every child
   bool value_read = false;   // the block's own value was read
+  bool is_missing = false;   // a required block that is absent: its keys are not missing as well
   std::string meaning = {};  // of the next key
   std::vector<Answer> answers = {};
   std::unordered_map<std::string, std::size_t> places = {};  // of the answers that are no blocks, by key

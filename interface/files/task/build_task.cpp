@@ -239,17 +239,18 @@ void check_floor(Task& task) {
   constexpr double kStands = 1e-3;  // m
   const double floor = task.floor.value_or(0);
   std::set<std::string> held, moved;
+  bool steps_down = false;  // then the floor is that of the lower ground
   for (const TaskSpec::Phase& phase : task.phases) {
     held.insert(phase.hold.begin(), phase.hold.end());
     for (const auto& [name, by] : phase.moved)
-      if (by.z() != 0) moved.insert(name);
+      if (by.z() != 0) moved.insert(name), steps_down = steps_down || by.z() < 0;
   }
   std::vector<std::string> faults;
   for (const HeldContact& contact : task.robot.contacts) {
     if (!contact.place || moved.count(contact.frame)) continue;
     if (!task.phases.empty() && !held.count(contact.frame)) continue;
     const double height = above_floor(contact, floor);
-    if (!(std::abs(height) > kStands)) continue;
+    if (!(std::abs(height) > kStands) || (steps_down && height > 0)) continue;
     faults.push_back("the contact \"" + contact.frame + "\" is held " + io::significant(std::abs(height), 3) +
                      " m " + (height > 0 ? "above" : "below") +
                      " the floor, which is at z = " + io::significant(floor, 3) +

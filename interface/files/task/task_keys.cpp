@@ -196,7 +196,10 @@ TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, c
   std::vector<std::string> contacts;
   for (const HeldContact& contact : task.robot.contacts) contacts.push_back(contact.frame);
   phase.about("contacts of the block `contacts` that hold during the phase; absent: all");
-  p.hold = phase.has("contacts") && model ? distinct_names(phase, "contacts", contacts) : contacts;
+  std::vector<std::string> valid = contacts;
+  if (model && phase.has_problems())  // one of which may be a contact's name
+    for (const auto& frame : model->frames) valid.push_back(frame.name);
+  p.hold = phase.has("contacts") && model ? distinct_names(phase, "contacts", valid) : contacts;
   if (!model) phase.get_or("contacts", "");
   p.impact =
       phase
@@ -209,6 +212,10 @@ TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, c
   for (const std::string& name : contacts)
     if (model && !name.empty() && lands.has(name))
       p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt, metres()));
+  // The contacts are not known if the robot or their names are wrong, which is told already.
+  if (const bool are_known = model && !lands.has_problems(); !are_known)
+    for (const std::string& name : lands.keys())
+      if (!model || !contains(contacts, name)) read_vector3(lands, name, std::nullopt, metres());
   p.clearance =
       phase
           .about(

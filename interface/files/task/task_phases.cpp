@@ -111,26 +111,67 @@ void compose_phases(Task& task, const VectorXd& from, const VectorXd& to) {
 
 namespace {
 
+double floor_of(const Task& task) {
+  if (task.floor) return *task.floor;
+  double lowest = 0;
+  for (const HeldContact& contact : task.robot.contacts)
+    if (contact.place) lowest = std::min(lowest, contact.place->z());
+  return lowest;
+}
+
+// The highest points of swings that no configuration reaches while the other contacts hold.  Without any the robot may fly: only if its limb and
+// the height of a flight of this duration are too short.
+void add_unmet_clearances(const Task& task, std::size_t k, const std::vector<HeldContact>& contacts,
+                          const VectorXd& q, std::vector<std::string>& sentences) {
+  constexpr double kHalf = 0.5, kOfFlight = 1. / 8;
+  const TaskSpec::Phase& phase = task.phases[k];
+  if (!(phase.clearance > 0)) return;
+  std::vector<std::pair<std::string, Eigen::Vector3d>> held;
+  for (const HeldContact& contact : contacts)
+    if (contact.place && contains(phase.hold, contact.frame))
+      held.emplace_back(contact.frame, *contact.place);
+  for (const HeldContact& contact : contacts) {
+    if (!contact.place || contains(phase.hold, contact.frame)) continue;
+    const std::optional<Eigen::Vector3d> next = next_place(task, k, contact);
+    if (!next) continue;
+    const std::string head = "phase '" + phase.name + "': '" + contact.frame + "' is to clear its way by " +
+                             io::significant(phase.clearance, 3) + " m: ";
+    if (held.empty()) {
+      const double longest = phase.free_time ? phase.free_time->longest : phase.duration;
+      const double most = task.scene.model.gravity.norm() * longest * longest * kOfFlight +
+                          2 * limb_length(task.scene.model, contact.frame);
+      if (phase.clearance > most)
+        sentences.push_back(head + "in a flight of " + io::significant(longest, 3) +
+                            " s it comes to less than " + io::significant(most, 3) + " m");
+      continue;
+    }
+    std::vector<std::pair<std::string, Eigen::Vector3d>> feet = held;
+    feet.emplace_back(contact.frame,
+                      kHalf * (*contact.place + *next) + Eigen::Vector3d(0, 0, phase.clearance));
+    const std::string missed = missed_feet(task.scene, q, feet, "place");
+    if (!missed.empty()) sentences.push_back(head + "halfway " + missed);
+  }
+}
+
 // Of phases whose contacts land elsewhere.
 void add_unmet_footholds(const Task& task, std::vector<std::string>& sentences) {
   const VectorXd q = task.start.head(task.scene.model.nq);
   if (!q.allFinite()) return;
   std::vector<HeldContact> contacts = task.robot.contacts;
+  for (const SunkenFoothold& foot : sunken_footholds(task))
+    sentences.push_back("phase '" + task.phases[foot.phase].name +
+                        "': " + below_floor(foot.frame, {0, 0, foot.z}, foot.floor) +
+                        "; if the ground is lower there, its height is 'contacts.floor'");
   bool any_moved = false;
-  for (const TaskSpec::Phase& phase : task.phases) {
+  for (std::size_t k = 0; k < task.phases.size(); ++k) {
+    const TaskSpec::Phase& phase = task.phases[k];
+    add_unmet_clearances(task, k, contacts, q, sentences);
     const std::vector<HeldContact> held = held_in(phase, contacts);
     const std::string head = "phase '" + phase.name + "': ";
     std::vector<std::pair<std::string, Eigen::Vector3d>> feet;
     for (const HeldContact& contact : held)
       if (contact.place) feet.emplace_back(contact.frame, *contact.place);
-    for (const auto& [frame, by] : phase.moved) {
-      any_moved = true;
-      for (const auto& [name, place] : feet) {
-        if (name != frame || by.z() >= 0) continue;
-        const std::string below = below_floor(frame, place, task.floor.value_or(0));
-        if (!below.empty()) sentences.push_back(head + below);
-      }
-    }
+    any_moved = any_moved || !phase.moved.empty();
     if (!any_moved) continue;
     const std::string missed = missed_feet(task.scene, q, feet);
     if (!missed.empty()) sentences.push_back(head + missed);
@@ -145,6 +186,23 @@ void add_weak_motors(const Task& task, std::vector<std::string>& sentences) {
 }
 
 }  // namespace
+
+std::vector<SunkenFoothold> sunken_footholds(const Task& task) {
+  const double floor = floor_of(task);
+  std::vector<SunkenFoothold> feet;
+  std::vector<HeldContact> contacts = task.robot.contacts;
+  for (std::size_t k = 0; k < task.phases.size(); ++k) {
+    const TaskSpec::Phase& phase = task.phases[k];
+    for (const HeldContact& contact : held_in(phase, contacts)) {
+      const bool is_lowered = std::any_of(phase.moved.begin(), phase.moved.end(), [&](const auto& moved) {
+        return moved.first == contact.frame && moved.second.z() < 0;
+      });
+      if (contact.place && is_lowered && !below_floor(contact.frame, *contact.place, floor).empty())
+        feet.push_back({contact.frame, contact.place->z(), floor, k});
+    }
+  }
+  return feet;
+}
 
 std::vector<std::string> unmet_demands(const Task& task) {
   std::vector<std::string> sentences;

@@ -48,6 +48,15 @@ std::string told_of(const TaskSpec& task);
 // below the floor or out of reach, a goal out of reach, motors too weak to hold the robot.  Takes milliseconds.
 std::vector<std::string> unmet_demands(const Task& task);
 
+// A foothold that a phase moves down to below the floor.
+struct SunkenFoothold {
+  std::string frame;
+  double z, floor;    // m
+  std::size_t phase;  // index
+};
+// In the order of the phases.  The floor is `contacts.floor`, otherwise 0, or the lowest contact at the start if that is below 0.
+std::vector<SunkenFoothold> sunken_footholds(const Task& task);
+
 // Phases are linked by their states: equal states, or with an impact the velocities after it, by which all closed
 // contacts come to rest at once (constraints.h).  A task without phases is one phase.
 Phases phases_of(const Task& task);

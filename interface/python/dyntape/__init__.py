@@ -12,6 +12,7 @@ array([3., 0.])
 
 import pathlib as _pathlib
 
+from . import _displays, _dyntape
 from ._arrays import RecordedArray, norm, safe_divide, where
 from ._bodies import Body, Shape, assemble
 from ._dyntape import (
@@ -118,3 +119,9 @@ __all__ = [
 def config_folder() -> _pathlib.Path:
     """The folder with the robots, scenes and tasks that come with the package."""
     return _pathlib.Path(__file__).parent / "config"
+
+
+_displays.show_in_notebooks(_dyntape)
+for _value in [globals()[_name] for _name in __all__]:
+    if isinstance(_value, type) and _value.__module__ == _dyntape.__name__:
+        _value.__module__ = __name__  # the public name, in repr and pickles

@@ -89,6 +89,9 @@ def of_arguments(function: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) 
         if word in known and not _fits(value, known[word]):
             what = _shown(value) if value is None or isinstance(value, (int, float, str)) else type(value).__name__
             return f"{name}: {word} is {what}; expected {_expected(known[word], value)}"
+    for word, value in given.items():
+        if word in known and isinstance(value, int) and not isinstance(value, bool) and value >= 2**31 and "int" in known[word]:
+            return f"{name}: {word} is {_shown(value)}; expected {_expected(known[word], None)}, below 2**31"
     types = ", ".join(f"{word}: {type(value).__name__}" for word, value in given.items())
     wanted = ", ".join(f"{word}: {_expected(known.get(word, 'Any'), None)}" for word in given)
     return f"{name}: got {types}; expected {wanted}"

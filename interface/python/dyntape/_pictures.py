@@ -81,7 +81,7 @@ def pictures_of(result: Any) -> Pictures:
     return Pictures(found)
 
 
-def _table(head: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
+def table(head: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
     def cells(tag: str, row: tuple[Any, ...]) -> str:
         return "".join(f"<{tag}>{html.escape(f'{c:.6g}' if isinstance(c, float) else str(c))}</{tag}>" for c in row)
 
@@ -119,7 +119,7 @@ def robot_page(robot: Any) -> str:
         rows.append((name, kind, *(limits if n == 1 else [""] * 4)))
         k += n
     head = ("joint", "type", "lower", "upper", "speed", "effort")
-    return f"<p>{html.escape(repr(robot))}</p>" + _table(head, rows)
+    return f"<p>{html.escape(repr(robot))}</p>" + table(head, rows)
 
 
 def problem_page(problem: Any) -> str:
@@ -136,7 +136,7 @@ def problem_page(problem: Any) -> str:
     controls = [(name, *map(number, bounds)) for name, *bounds in zip(problem.controls, u_lower, u_upper)]
     return (
         f"<p>{html.escape(repr(problem))}</p>"
-        + _table(("state", "start", "goal", "lower", "upper"), states)
-        + _table(("control", "lower", "upper"), controls)
-        + _table(("term", "where", "role"), problem.terms)
+        + table(("state", "start", "goal", "lower", "upper"), states)
+        + table(("control", "lower", "upper"), controls)
+        + table(("term", "where", "role"), problem.terms)
     )

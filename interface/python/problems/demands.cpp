@@ -6,6 +6,7 @@
 #include <set>
 
 #include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/standing.h>
 
 #include "../problems.h"
@@ -66,6 +67,43 @@ void warn_of_footholds(const PythonProblem& p) {
   }
 }
 
+// Heights in the middle of swings that no configuration reaches, or of a floating robot no flight.
+void warn_of_clearances(const PythonProblem& p) {
+  constexpr double kOfFlight = 1. / 8;
+  const double duration = p.problem.free_time ? p.problem.free_time->longest : p.problem.duration;
+  Eigen::VectorXd q = p.problem.start.head(p.nq());
+  if (!q.allFinite()) q = dynamics::neutral(p.scene.model);
+  for (const PythonProblem::Demand& demand : p.demands) {
+    if (!(demand.clearance > 0) || p.tied) continue;
+    const std::string head =
+        "swing_clearance of '" + demand.at.frame + "' by " + io::significant(demand.clearance, 3) + " m: ";
+    if (floats(p.scene.model)) {
+      const double most = kOfFlight * p.scene.model.gravity.norm() * duration * duration +
+                          2 * limb_length(p.scene.model, demand.at.frame);
+      if (demand.clearance > most)
+        warn(head + "in " + io::significant(duration, 3) + " s it comes to less than " +
+             io::significant(most, 3) + " m");
+      continue;
+    }
+    const Eigen::Vector3d top =
+        0.5 * (demand.from + demand.at.position) + Eigen::Vector3d(0, 0, demand.clearance);
+    const std::string missed = missed_feet(with_bounds(p), q, {{demand.at.frame, top}}, "place");
+    if (!missed.empty()) warn(head + "halfway " + missed);
+  }
+}
+
+// A floating robot's swing is between footholds, which nothing holds in a problem without contacts.
+void warn_of_missing_contacts(const PythonProblem& p) {
+  const bool has_swings =
+      std::any_of(p.demands.begin(), p.demands.end(), [](const auto& d) { return d.is_foothold; });
+  const bool has_contacts = !p.options.contacts.empty() || !p.scene.effects.contacts.empty() ||
+                            !p.scene.constraints.rigid.contacts.empty();
+  if (!has_swings || has_contacts || !floats(p.scene.model)) return;
+  warn("swing_clearance: '" + p.scene.model.name +
+       "' floats, and this problem has no contacts, so that it falls; expected Scene.problem of a scene with "
+       "effects.contacts, or a task file with contacts and phases");
+}
+
 }  // namespace
 
 std::optional<double> floor_under(const RobotScene& scene, const Eigen::Vector3d& position) {
@@ -90,6 +128,8 @@ std::optional<double> floor_under(const RobotScene& scene, const Eigen::Vector3d
 void warn_of_unmet_demands(const PythonProblem& p) {
   if (!p.is_robot) return;
   if (!p.tied) warn(weak_motors(p.scene, p.options, p.problem, p.problem.start));
+  warn_of_missing_contacts(p);
+  warn_of_clearances(p);
   warn_of_footholds(p);
 }
 

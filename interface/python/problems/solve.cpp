@@ -258,7 +258,7 @@ void bind_found(nb::class_<ProblemSolution>& type) {
           "Most that an inequality or a bound is passed between points, relative to how far the motion moves "
           "there.")
       .def_prop_ro(
-          "seconds", [](const S& s) { return s.solution->nlp.times.total; }, "Of the solver.")
+          "seconds", [](const S& s) { return s.solution->times().total; }, "Of the solver, on all meshes.")
       .def_prop_ro(
           "violation", [](const S& s) { return s.solution->verification.violation; },
           "Most that a constraint is broken by, computed anew, relative to nominal values.")

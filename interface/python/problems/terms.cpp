@@ -167,7 +167,7 @@ void swing_clearance_of(P& p, const std::string& frame, nb::handle start, nb::ha
   if (!floor) floor = floor_under(p.scene, foothold);
   const bool steps_down = foothold.z() < foot.place->z() && floats(p.scene.model);
   if (!floor && steps_down) floor = 0;
-  p.demands.push_back({{frame, foothold}, 1.0, true, floor});
+  p.demands.push_back({{frame, foothold}, 1.0, true, floor, clearance, *foot.place});
 }
 
 // Bounds of the states from the robot's limits.

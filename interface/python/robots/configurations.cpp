@@ -3,6 +3,7 @@
 // Configurations of a robot from Python: neutral, random, moved along velocities, and what lies between two.
 #include <nanobind/stl/optional.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <random>
@@ -47,6 +48,11 @@ nb::object neutral_configuration(const Robot& robot) {
 
 // Drawn one after the other from a seed: the same numbers on every machine.
 nb::object random_configuration(const Robot& robot, std::optional<std::size_t> count, std::uint64_t seed) {
+  constexpr std::size_t kMost = std::size_t(1) << 40;  // numbers, 8 TiB
+  if (count && *count > kMost / std::size_t(std::max(robot.nq, 1)))
+    throw ArgumentError("Robot.random: count is " + std::to_string(*count) +
+                        ", which no memory holds; expected at most " +
+                        std::to_string(kMost / std::size_t(std::max(robot.nq, 1))));
   std::mt19937_64 random(seed);
   double* data = nullptr;
   const auto rows = static_cast<std::ptrdiff_t>(count.value_or(1));

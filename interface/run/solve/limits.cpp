@@ -172,7 +172,9 @@ void find_contacts(const Task& task, const Trajectory& motion, const PlaceLooked
 
 std::string LimitExcess::text() const {
   const std::string what = quantity.empty() ? joint : quantity + " of " + joint;
-  const char* bounded = of == LimitOf::kRobot ? ", rated for " : ", to be at least ";
+  const char* bounded = of == LimitOf::kRobot       ? ", rated for "
+                        : of == LimitOf::kClearance ? ", to be at least "
+                                                    : ", below the floor at ";
   return what + " is " + plain_digits(value) + (unit.empty() ? "" : " " + unit) + " at " +
          plain_digits(time) + " s" + (between_points ? ", between points of the mesh" : "") + bounded +
          plain_digits(limit);

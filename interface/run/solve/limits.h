@@ -15,7 +15,7 @@
 
 namespace dyntape {
 
-enum class LimitOf { kRobot, kClearance };
+enum class LimitOf { kRobot, kClearance, kFloor };
 
 struct LimitExcess {
   std::string quantity, joint,

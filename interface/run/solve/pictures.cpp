@@ -10,6 +10,7 @@
 
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/motion/standing.h>
 #include <dyntape/interface/report/player/shapes.h>
 #include <dyntape/interface/run/solve/hidden_parts.h>
 
@@ -182,9 +183,76 @@ void add_sliders(io::Motion& picture, const std::vector<Slider>& sliders) {
   }
 }
 
-}  // namespace
+// The ground that feet stand on at other heights than the floor.  A task says where feet land, not how large the ground there is: a box reaches
+// a little beyond the footholds of its height, and at most halfway to those of other heights.
+struct GroundStep {
+  std::string name;
+  dynamics::Visual box;  // of the world, from the floor to the feet
+};
 
-namespace {
+constexpr double kSameHeight = 1e-3;      // m
+constexpr double kBeyondFoothold = 0.15;  // of a limb's length, from a foothold to the edge
+
+struct Level {
+  double z;
+  std::vector<Eigen::Vector2d> footholds;
+};
+
+// The footholds of all phases by their heights.
+std::vector<Level> levels_of(const Task& task) {
+  std::vector<Level> levels;
+  for (const Task& part : task.parts) {
+    for (const HeldContact& contact : part.robot.contacts) {
+      if (!contact.place) continue;
+      const double z = contact.place->z();
+      const auto is_here = [z](const Level& level) { return std::abs(level.z - z) <= kSameHeight; };
+      auto level = std::find_if(levels.begin(), levels.end(), is_here);
+      if (level == levels.end()) level = levels.insert(level, {z, {}});
+      level->footholds.push_back(contact.place->head<2>());
+    }
+  }
+  return levels;
+}
+
+double margin_of(const Task& task, const Level& level, const std::vector<Level>& levels) {
+  double margin = kBeyondFoothold * limb_length(task.scene.model, task.robot.contacts.front().frame);
+  for (const Level& other : levels) {
+    if (&other == &level) continue;
+    for (const Eigen::Vector2d& here : level.footholds)
+      for (const Eigen::Vector2d& there : other.footholds)
+        margin = std::min(margin, std::max((here - there).cwiseAbs().maxCoeff() / 2, kSameHeight));
+  }
+  return margin;
+}
+
+// Of the file, otherwise of the lowest contact at the start; infinite without contacts.
+double picture_floor(const Task& task) {
+  if (task.floor) return *task.floor;
+  double floor = HUGE_VAL;
+  for (const HeldContact& contact : task.robot.contacts)
+    if (contact.place) floor = std::min(floor, contact.place->z());
+  return floor;
+}
+
+// In the order in which feet land on them; none for a task without phases.
+std::vector<GroundStep> steps_of_ground(const Task& task) {
+  const double floor = picture_floor(task);
+  const std::vector<Level> levels = levels_of(task);
+  std::vector<GroundStep> steps;
+  for (const Level& level : levels) {
+    if (!(std::abs(level.z - floor) > kSameHeight)) continue;
+    Eigen::AlignedBox2d box;
+    for (const Eigen::Vector2d& foothold : level.footholds) box.extend(foothold);
+    const Eigen::Vector2d middle = box.center(),
+                          size = box.sizes().array() + 2 * margin_of(task, level, levels);
+    dynamics::Visual visual;
+    visual.X_BV.p << middle, (level.z + floor) / 2;
+    visual.scale << size, std::abs(level.z - floor);
+    visual.color = Eigen::Vector4d(0.72, 0.72, 0.70, 1);
+    steps.push_back({"ground at z = " + io::with_digits(level.z, 3) + " m", visual});
+  }
+  return steps;
+}
 
 // The part of a plane of the world below the picture's paths, as its outline: in a side view a line.
 void add_floor(View view, const Eigen::Vector3d& normal, double offset, const Eigen::AlignedBox3d& over,
@@ -208,9 +276,7 @@ void add_floor(View view, const Eigen::Vector3d& normal, double offset, const Ei
 void add_floors(const Task& task, const Eigen::AlignedBox3d& over, io::Motion& picture) {
   if (over.isEmpty()) return;
   if (!task.robot.contacts.empty()) {
-    double floor = task.floor.value_or(HUGE_VAL);
-    for (const HeldContact& contact : task.robot.contacts)
-      if (!task.floor && contact.place) floor = std::min(floor, contact.place->z());
+    const double floor = picture_floor(task);
     if (std::isfinite(floor)) add_floor(task.view, Eigen::Vector3d::UnitZ(), floor, over, picture);
   }
   std::set<std::array<double, 4>> drawn;
@@ -269,6 +335,8 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
   for (const Capsule& thing : task.around.obstacles)
     picture.obstacles.push_back(
         {thing.name + ", r = " + io::shortest(thing.radius) + " m", outline(task.view, thing)});
+  for (const GroundStep& step : steps_of_ground(task))
+    picture.obstacles.push_back({step.name, outline(task.view, step.box, data)});
   for (const Capsule& place : task.passed)
     picture.obstacles.push_back({place.name, outline(task.view, place), false});
   io::Plot plot;
@@ -285,6 +353,7 @@ PlayerInput motion_player(const Task& task, const Trajectory& motion, const std:
   for (const std::vector<Capsule>* things : {&task.around.obstacles, &task.passed}) {
     for (const Capsule& thing : *things) add_capsule(thing, player.surroundings);
   }
+  for (GroundStep& step : steps_of_ground(task)) player.surroundings.push_back(std::move(step.box));
   dynamics::Data<double> data(model);
   Eigen::VectorXd power = Eigen::VectorXd::Zero(motion.points()), potential = power;
   for (int p = 0; p < motion.points(); ++p) {

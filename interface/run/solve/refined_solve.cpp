@@ -29,7 +29,18 @@ SolveStage stage_of(OptimiseStep step) {
   return SolveStage::kVerifying;
 }
 
-// The worst of all phases for each joint and quantity.  Violations of the task's rows between points count too.
+// Of footholds below the floor.
+std::vector<LimitExcess> sunken(const Task& task, const Solution& solution) {
+  std::vector<LimitExcess> excesses;
+  for (const SunkenFoothold& foot : sunken_footholds(task)) {
+    LimitExcess excess{"foothold", foot.frame, "m", foot.z, foot.floor, solution.phases[foot.phase].begin};
+    excess.of = LimitOf::kFloor;
+    excesses.push_back(excess);
+  }
+  return excesses;
+}
+
+// The worst of all phases for each joint and quantity, then footholds below the floor.  Violations of the task's rows between points count too.
 std::vector<LimitExcess> excesses_of(const Task& task, const Solution& solution) {
   std::vector<LimitExcess> all;
   const std::vector<const Task*> parts = parts_of(task);
@@ -48,6 +59,8 @@ std::vector<LimitExcess> excesses_of(const Task& task, const Solution& solution)
         *before = excess;
     }
   }
+  const std::vector<LimitExcess> feet = sunken(task, solution);
+  all.insert(all.end(), feet.begin(), feet.end());
   return all;
 }
 
@@ -152,7 +165,11 @@ class Rounds : SolveRounds {
     look_at(report_.solution);
   }
 
+  // Of a fine mesh the limits between points take seconds: who interrupts does not wait for them.
   void look_at(const Solution& solution) {
+    report_.are_limits_checked = !watch_.stop.stop_requested();
+    report_.excesses.clear();
+    if (!report_.are_limits_checked) return;
     report_.excesses = excesses_of(task_, solution);
     if (task_.simulated) report_.simulated = simulate_contacts(task_, solution.motion, relaxation_);
   }

@@ -33,7 +33,7 @@ void begin_at_once(const Task& task, CodegenOptions& options) {
 // For a solve that ends before its compiler, unless it ends at once.
 void note_unfinished(SolveReport& report) {
   constexpr double kSoon = 2;  // s
-  const auto& times = report.solution.nlp.times;
+  const SolveTimes times = report.times();
   const double evaluating = times.functions + times.jacobian + times.hessian;
   if (report.build.unfinished == 0 || !(evaluating > kSoon)) return;
   report.notes.push_back(

@@ -51,6 +51,15 @@ std::string phases_text(const std::vector<SolvedPhase>& phases) {
   return text;
 }
 
+// " in 3 solves on 2 meshes": a mesh may be solved twice.
+std::string solves_text(const std::vector<MeshRound>& rounds) {
+  if (rounds.size() < 2) return "";
+  std::size_t meshes = 1;
+  for (std::size_t k = 1; k < rounds.size(); ++k) meshes += rounds[k].intervals != rounds[k - 1].intervals;
+  const std::string on = " on " + std::to_string(meshes) + (meshes == 1 ? " mesh" : " meshes");
+  return meshes == rounds.size() ? on : " in " + std::to_string(rounds.size()) + " solves" + on;
+}
+
 // Where the mesh was refined.
 std::string mesh_text(const std::vector<MeshRound>& meshes) {
   if (meshes.size() < 2) return "";
@@ -96,7 +105,9 @@ ordered_json limits_of(const SolveReport& report) {
                         {"unit", e.unit},
                         {"time", e.time}});
   }
-  return {{"kept", report.excesses.empty()}, {"demanded", report.demands.limits}, {"excesses", excesses}};
+  const ordered_json kept =
+      report.are_limits_checked ? ordered_json(report.excesses.empty()) : ordered_json(nullptr);
+  return {{"kept", kept}, {"demanded", report.demands.limits}, {"excesses", excesses}};
 }
 
 // How it was found, and what it costs.
@@ -116,8 +127,8 @@ void tell_outcome(const SolveReport& report, io::Facts& facts) {
                                 : report.ddp ? ", by exact second derivatives after Gauss-Newton got stuck"
                                              : ", after the other method got stuck"));
   facts["method"] = method;
-  facts.say("iterations", std::to_string(nlp.iterations()));
-  facts["iterations"] = nlp.iterations();
+  facts.say("iterations", std::to_string(report.iterations()) + solves_text(report.meshes));
+  facts["iterations"] = report.iterations();
   facts["by_other_method"] = nlp.is_by_other_method;
   facts.say("cost", precise(solution.cost()));
   facts["cost"] = solution.cost();
@@ -210,7 +221,9 @@ void tell_truth(const SolveReport& report, io::Facts& facts) {
                           {"allowed", report.demands.simulation}};
   }
   const std::size_t exceeded = report.excesses.size();
-  facts.say("robot's limits", exceeded == 0 ? "kept" : std::to_string(exceeded) + " exceeded");
+  facts.say("robot's limits", !report.are_limits_checked ? "not checked, as the solve was interrupted"
+                              : exceeded == 0            ? "kept"
+                                                         : std::to_string(exceeded) + " exceeded");
   facts["limits"] = limits_of(report);
   facts["meshes"] = rounds_of(report.meshes);
   if (!report.unwritten.empty()) facts["unwritten"] = report.unwritten;
@@ -253,7 +266,8 @@ void tell_work(const SolveReport& report, io::Facts& facts) {
 void tell_times(const SolveReport& report, io::Facts& facts) {
   const BuildReport& build = report.build;
   const Timings& seconds = build.seconds;
-  const auto& [derivatives, times] = std::tie(report.solution.derivatives, report.solution.nlp.times);
+  const DerivativeCheck& derivatives = report.solution.derivatives;
+  const SolveTimes times = report.times();
   facts.time("record", seconds.record, io::with_groups(report.sizes.operations) + " operations a point");
   facts.time("derive", seconds.derive);
   facts.time("print", seconds.schedule + seconds.print);
@@ -282,7 +296,7 @@ void tell_times(const SolveReport& report, io::Facts& facts) {
                                    {"hessian", times.hessian},
                                    {"linear_and_rest", times.solver()}})
     facts["seconds"][std::string("solve_") + part] = took;
-  facts.time("verify", report.solution.verify_seconds);
+  facts.time("verify", report.verify_seconds());
 }
 
 io::Facts facts_of(const SolveReport& report) {

@@ -47,6 +47,7 @@ struct SolveReport {
   std::optional<ContactSimulation> simulated;  // with rigid contacts
   std::string refinement_trouble;              // why a finer mesh was not solved, or ""
   std::vector<LimitExcess> excesses;           // of the robot's limits
+  bool are_limits_checked = true;              // false: the solve was interrupted before
   std::optional<Problem::Range> free_time;     // range of a free duration; motion.t ends with its value
   bool interrupted = false;                    // stopped by the caller: the motion is the best so far
   std::vector<std::string> unwritten;          // files that could not be written, with the reason
@@ -63,10 +64,12 @@ struct SolveReport {
   bool true_enough() const { return is_accurate(solution.verification, solution.demands); }
   bool reaches_goal() const;  // for differential dynamic programming, where the goal is a cost
   bool simulates() const;     // for simulated rigid contacts: equal positions
-  bool within_limits() const { return excesses.empty() || !demands.limits; }
+  bool within_limits() const { return (are_limits_checked && excesses.empty()) || !demands.limits; }
   bool cost_matches() const;  // the known optimum, if the task has one
   bool success() const;
   int iterations() const;                                                              // on all meshes
+  SolveTimes times() const;                                                            // likewise
+  double verify_seconds() const;                                                       // likewise
   double duration() const { return solution.motion.t[solution.motion.points() - 1]; }  // s
   std::string verdict() const;                                                         // one sentence
 

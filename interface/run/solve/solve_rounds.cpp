@@ -64,7 +64,8 @@ void SolveRounds::note(const Solution& s, double seconds, double relaxation) {
   iterations_ += s.nlp.iterations();
   report_.meshes.push_back({moment_.intervals, s.nlp.iterations(), seconds, s.cost(),
                             s.verification.worst_relative, s.nlp.status, relaxation,
-                            s.verification.passings.worst(), s.verification.cost_error});
+                            s.verification.passings.worst(), s.verification.cost_error, s.nlp.times,
+                            s.verify_seconds});
 }
 
 }  // namespace dyntape

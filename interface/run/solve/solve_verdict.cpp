@@ -20,8 +20,15 @@ std::string first_of(const std::vector<LimitExcess>& excesses) {
 }
 
 std::string beyond(LimitOf of) {
-  return of == LimitOf::kRobot ? "asks for more than the robot can do: "
-                               : "comes nearer to what is around than the task allows: ";
+  switch (of) {
+    case LimitOf::kRobot:
+      return "asks for more than the robot can do: ";
+    case LimitOf::kClearance:
+      return "comes nearer to what is around than the task allows: ";
+    case LimitOf::kFloor:
+      break;
+  }
+  return "puts feet below the floor (its height is contacts.floor): ";
 }
 
 // A solved motion that exceeds the robot's limits, or clearances, between points; "" if something else is wrong.
@@ -64,12 +71,25 @@ bool SolveReport::simulates() const {
 }
 
 bool SolveReport::success() const {
-  return solution.success() && simulates() && reaches_goal() && within_limits() && cost_matches();
+  return solution.success() && are_limits_checked && simulates() && reaches_goal() && within_limits() &&
+         cost_matches();
 }
 
 int SolveReport::iterations() const {
   int sum = 0;
   for (const MeshRound& mesh : meshes) sum += mesh.iterations;
+  return sum;
+}
+
+SolveTimes SolveReport::times() const {
+  SolveTimes sum;
+  for (const MeshRound& mesh : meshes) sum += mesh.times;
+  return sum;
+}
+
+double SolveReport::verify_seconds() const {
+  double sum = 0;
+  for (const MeshRound& mesh : meshes) sum += mesh.verify_seconds;
   return sum;
 }
 
@@ -107,8 +127,7 @@ std::string SolveReport::verdict() const {
   }
   const std::string found = expected ? "The known optimum was found" : "A local optimum was found";
   if (excesses.empty()) return found + " and verified.";
-  return found +
-         " and verified, but for the robot's limits, which the task does not ask for: " + first_of(excesses) +
+  return found + " and verified, but for the limits, which the task does not ask for: " + first_of(excesses) +
          ".";
 }
 

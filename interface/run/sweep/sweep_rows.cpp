@@ -57,11 +57,12 @@ bool append_sample(SweptFunctions& f, long row, const std::stop_token& stop, Com
 
 long rows_at_a_time(const SceneSweep& sweep) {
   const bool is_implicit = longest_step(sweep.scene.integrator, {-1, 0}) == HUGE_VAL;
-  constexpr long kLeast = 8, kMost = 256;
+  const long least = is_implicit ? 1 : 8;  // lanes; one after the other, a row that is done is kept
+  constexpr long kMost = 256;
   const long steps = (is_implicit ? 1L << 15 : 1L << 19) / sweep.scene.steps();
   const long share = (sweep.rows() + 63) / 64;
-  const long rows = std::clamp(std::min(steps, share), kLeast, kMost);
-  return (rows + kLeast - 1) / kLeast * kLeast;
+  const long rows = std::clamp(std::min(steps, share), least, kMost);
+  return (rows + least - 1) / least * least;
 }
 
 SweepRows::SweepRows(const SceneSweep& sweep, const CodegenOptions& options)
