@@ -21,6 +21,7 @@ M4 = (['-mcpu=cortex-m4', '-mfpu=fpv4-sp-d16', '-mfloat-abi=hard'], 'mps2-an386'
 # Task, scalar, processors, intervals of the closed loop, where a state ends: index, value, distance.
 CASES = [('cart_pole_swings_up', 'float', {'m7': M7, 'm4f': M4}, 100, [(0, 0, 0.05), (1, 3.14159265, 0.05)]),
          ('cart_pole_swings_up', 'double', {'m7': M7}, 100, [(0, 0, 0.05), (1, 3.14159265, 0.05)]),
+         ('quadrotor_passes_post', 'float', {'m7': M7}, 80, [(0, 3, 0.05), (1, 0.4, 0.05), (2, 1.5, 0.05)]),
          ('ur5_follows_circle', 'float', {'m7': M7}, 100, [])]
 
 

@@ -156,7 +156,7 @@ class Reference {
         const std::size_t entry = f.sides[e].entry;
         const T value = entry < n ? z[std::size_t(k)][entry] : y[states + entry - n];
         const T bound = T(f.sides[e].bound);
-        sides(k)[e].begin(k_, T(f.sides[e].factor) * (value - bound), is_soft(e, at_end));
+        sides(k)[e].begin(k_, T(f.sides[e].factor) * (value - bound), mu_, is_soft(e, at_end));
       }
     }
     return is_finite(sum);
@@ -354,8 +354,11 @@ class Reference {
       }
       left -= left * b.part;
       ++interior_steps;
-      if (left <= k_.left && mean <= T(2) * k_.mu_end) return true;
+      if (left > k_.left || mean > T(2) * k_.mu_end) continue;
+      mu_ = k_.mu_warm;
+      return true;
     }
+    mu_ = k_.mu_cold;
     return false;
   }
 
@@ -466,7 +469,7 @@ class Reference {
   std::vector<std::vector<Side>> side_;
   std::vector<Side> end_side_;
   std::size_t products_ = 0;
-  T gap_price_ = T(1), begin_ = T(0);
+  T gap_price_ = T(1), mu_ = k_.mu_cold, begin_ = T(0);
   bool has_plan_ = false;
 };
 

@@ -7,7 +7,7 @@ namespace dyntape::test {
 
 template <class T>
 struct ReferenceConstants {
-  T price, mu_begin = T(1e-2), root_mu = T(0.1), mu_end, left, boundary = T(0.99), least_pivot = T(1e-20),
+  T price, mu_cold = T(1), mu_warm = T(1e-2), mu_end, left, boundary = T(0.99), least_pivot = T(1e-20),
            small = T(1e-10), largest_price = T(1e4), rounding, tolerance, damping;
   int iterations, interior_steps, trials;
 };
@@ -43,13 +43,13 @@ struct ReferenceSide {
     T t = T(0), l = T(0), s = T(0);
   } d;  // changes
 
-  void begin(const Constants& k, T value, bool soft) {
-    const T before = larger(l, k.root_mu);
-    b = value, t = larger(b, k.mu_begin / before), l = k.mu_begin / t, s = T(0), n = k.price;
+  void begin(const Constants& k, T value, T mu, bool soft) {
+    const T before = larger(l, mu);
+    b = value, t = larger(b, mu / before), l = mu / t, s = T(0), n = k.price;
     if (!soft) return;
-    l = smaller(l, T(0.5) * k.price), n = k.price - l, s = k.mu_begin / n;
+    l = smaller(l, T(0.5) * k.price), n = k.price - l, s = mu / n;
     if (!(-b > s)) return;
-    s = -b, n = smaller(k.mu_begin / s, T(0.5) * k.price), l = k.price - n, t = k.mu_begin / l;
+    s = -b, n = smaller(mu / s, T(0.5) * k.price), l = k.price - n, t = mu / l;
   }
 
   void change(T v, bool soft) {

@@ -61,7 +61,7 @@
 // the arm of config/control/arm_holds.info on intervals of 20 ms, poles at -6e4 /s instead of -97 /s.
 //
 // Printed.  With `printed`, steps run the text of a microcontroller (printed/controller.h), compiled here: the numbers of
-// the microcontroller, and mostly a shorter time.  Limits of states and path rows are then soft; the violation is a sum;
+// the microcontroller, and mostly a shorter time.  Limits of states and path rows are then soft;
 // values() changes parameters only; solution() and derivatives are not available.
 //
 // Derivatives.  problem() and solution() are what motion_sensitivities.h needs for the derivatives of the whole plan

@@ -24,7 +24,7 @@ namespace dyntape {
 struct ControllerStep {
   enum class Status { kSolved, kBudgetEnded, kNotFinite } status = Status::kNotFinite;
   int iterations = 0, interior_steps = 0;
-  double cost = 0, violation = 0;  // violation: the sum in nominal values
+  double cost = 0, violation = 0;  // violation: the largest, in nominal values
   bool usable() const { return status != Status::kNotFinite; }
 };
 

@@ -114,13 +114,10 @@ class ControllerPrinter {
     return source;
   }
 
-  // The absolute value is no call, and an infinite constant is refused.
+  // The absolute value is no call, and square root and infinity are the text's own.
   std::string without_library(std::string text) const {
-    for (const char* word : {"NAN", "HUGE_VAL"}) {
-      if (text.find(word) != std::string::npos)
-        refuse(problem_, std::string("its functions have the constant ") + word +
-                             ", which is no number that a controller in C can compute with");
-    }
+    if (text.find("NAN") != std::string::npos)
+      refuse(problem_, "its functions have a constant that is not a number (NaN)");
     const auto erase = [&](const std::string& line) {
       const std::size_t at = text.find(line);
       if (at != std::string::npos) text.erase(at, line.size());
@@ -129,6 +126,7 @@ class ControllerPrinter {
     const std::string type = "typedef " + std::string(options_.single ? "float" : "double") + " real;\n";
     std::string own;
     if (text.find("fabs(") != std::string::npos) own += "#define fabs(a) (((a) < 0) ? -(a) : (a))\n";
+    if (text.find("HUGE_VAL") != std::string::npos) own += "#define HUGE_VAL ((real)1 / (real)0)\n#define HUGE_VALF HUGE_VAL\n";
     const bool has_root = text.find("sqrt(") != std::string::npos;
     if (has_root)
       own += filled(kRootText, {{"BITS", options_.single ? "uint32_t" : "uint64_t"},
@@ -183,7 +181,7 @@ class ControllerPrinter {
     if (parts_.n_parameters > 0) define("FIXED_P", 1);
     const bool single = options_.single;
     define_number("PRICE", options_.price);
-    define_number("MU_BEGIN", 1e-2), define_number("ROOT_MU", 0.1);
+    define_number("MU_COLD", 1), define_number("MU_WARM", 1e-2);
     define_number("MU_END", single ? 1e-4 : 1e-8);
     define_number("LEFT", single ? 1e-3 : 1e-6);
     define_number("BOUNDARY", 0.99), define_number("LEAST_PIVOT", 1e-20);
@@ -318,9 +316,9 @@ class ControllerPrinter {
     member("gain", {n_, n_u_, n_x_}, "feedback of each interval", &at.gain);
     member("begin", {}, "time of the plan, s", &at.begin);
     member("cost", {}, "of the plan", &at.cost);
-    member("violation", {}, "of soft limits and of the dynamics, in nominal values", &at.violation);
+    member("violation", {}, "the largest, of soft limits and of the dynamics, in nominal values", &at.violation);
     text += "  /* Work. */\n";
-    member("gap_price", {}, "");
+    member("gap_price", {}, ""), member("mu", {}, "");
     member("dz", {n_ + 1, n_z_}, ""), member("znew", {n_ + 1, n_z_}, "");
     member("ab", {n_, at_least_one(stage_.dynamics.nnz)}, ""), member("c", {n_, n_x_}, "");
     member("h", {n_, n_z_ * (n_z_ + 1) / 2}, ""), member("g", {n_, n_z_}, "");

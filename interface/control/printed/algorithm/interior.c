@@ -108,6 +108,7 @@ static int dt_quadratic_program(@NAME@_state* s) {
       break;
     }
   }
+  s->mu = (is_solved != 0) ? DT_MU_WARM : DT_MU_COLD;
   return is_solved;
 }
 

@@ -32,12 +32,12 @@ typedef struct {
   real second;
 } dt_barrier;
 
-/* Slack, multiplier and excess at the beginning of a quadratic program, from the multiplier before. */
-static void dt_begin_side(dt_side* side, real b, int is_soft) {
-  const real l = dt_larger(side->l, DT_ROOT_MU);
+/* Slack, multiplier and excess at the beginning of a quadratic program, from the multiplier before and for products mu. */
+static void dt_begin_side(dt_side* side, real b, real mu, int is_soft) {
+  const real l = dt_larger(side->l, mu);
   side->b = b;
-  side->t = dt_larger(b, DT_MU_BEGIN / l);
-  side->l = DT_MU_BEGIN / side->t;
+  side->t = dt_larger(b, mu / l);
+  side->l = mu / side->t;
   side->s = (real)0;
   side->n = DT_PRICE;
   side->dt = (real)0;
@@ -46,12 +46,12 @@ static void dt_begin_side(dt_side* side, real b, int is_soft) {
   if (is_soft != 0) {
     side->l = dt_smaller(side->l, (real)0.5 * DT_PRICE);
     side->n = DT_PRICE - side->l;
-    side->s = DT_MU_BEGIN / side->n;
+    side->s = mu / side->n;
     if (-b > side->s) {
       side->s = -b;
-      side->n = dt_smaller(DT_MU_BEGIN / side->s, (real)0.5 * DT_PRICE);
+      side->n = dt_smaller(mu / side->s, (real)0.5 * DT_PRICE);
       side->l = DT_PRICE - side->n;
-      side->t = DT_MU_BEGIN / side->l;
+      side->t = mu / side->l;
     }
   }
 }

@@ -5,7 +5,7 @@ static void dt_begin_stage_sides(@NAME@_state* s, int k, const real rows[]) {
   for (int j = 0; j < DT_SIDES; ++j) {
     const int e = dt_side_entry[j];
     const real value = (e < DT_NZ) ? s->z[k][e] : rows[e - DT_NZ];
-    dt_begin_side(&s->side[k][j], dt_side_factor[j] * (value - s->bound[j]), (j < DT_HARD) ? 0 : 1);
+    dt_begin_side(&s->side[k][j], dt_side_factor[j] * (value - s->bound[j]), s->mu, (j < DT_HARD) ? 0 : 1);
   }
 }
 
@@ -13,7 +13,7 @@ static void dt_begin_end_sides(@NAME@_state* s, const real rows[]) {
   for (int j = 0; j < DT_END_SIDES; ++j) {
     const int e = dt_end_side_entry[j];
     const real value = (e < DT_NX) ? s->z[DT_N][e] : rows[e - DT_NX];
-    dt_begin_side(&s->end_side[j], dt_end_side_factor[j] * (value - s->end_bound[j]), 1);
+    dt_begin_side(&s->end_side[j], dt_end_side_factor[j] * (value - s->end_bound[j]), s->mu, 1);
   }
 }
 

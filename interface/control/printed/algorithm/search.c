@@ -2,13 +2,24 @@
 
 typedef struct {
   real cost, excess, gap; /* excess of soft sides and gaps between stages, in nominal values, summed */
+  real worst;             /* the largest of these */
 } dt_merit;
 
 static real dt_excess(real value) { return (value < (real)0) ? -value : (real)0; }
 
+static void dt_add_excess(dt_merit* m, real excess) {
+  m->excess += excess;
+  m->worst = dt_larger(m->worst, excess);
+}
+
+static void dt_add_gap(dt_merit* m, real gap) {
+  m->gap += gap;
+  m->worst = dt_larger(m->worst, gap);
+}
+
 /* At z + part dz. */
 static dt_merit dt_measure(const @NAME@_state* s, real part) {
-  dt_merit m = {(real)0, (real)0, (real)0};
+  dt_merit m = {(real)0, (real)0, (real)0, (real)0};
   real next[DT_NZ];
   for (int i = 0; i < DT_NZ; ++i) {
     next[i] = s->z[0][i] + (part * s->dz[0][i]);
@@ -27,10 +38,10 @@ static dt_merit dt_measure(const @NAME@_state* s, real part) {
       next[i] = s->z[k + 1][i] + (part * s->dz[k + 1][i]);
     }
     for (int i = 0; i < DT_NX; ++i) {
-      m.gap += dt_gap_factor[i] * dt_size(y[i] - next[i]);
+      dt_add_gap(&m, dt_gap_factor[i] * dt_size(y[i] - next[i]));
     }
     for (int j = DT_HARD; j < DT_SIDES; ++j) {
-      m.excess += dt_excess(dt_side_factor[j] * (value[dt_side_entry[j]] - s->bound[j]));
+      dt_add_excess(&m, dt_excess(dt_side_factor[j] * (value[dt_side_entry[j]] - s->bound[j])));
     }
   }
   {
@@ -44,7 +55,7 @@ static dt_merit dt_measure(const @NAME@_state* s, real part) {
     }
     m.cost += y[DT_END_ROWS];
     for (int j = 0; j < DT_END_SIDES; ++j) {
-      m.excess += dt_excess(dt_end_side_factor[j] * (value[dt_end_side_entry[j]] - s->end_bound[j]));
+      dt_add_excess(&m, dt_excess(dt_end_side_factor[j] * (value[dt_end_side_entry[j]] - s->end_bound[j])));
     }
   }
   return m;

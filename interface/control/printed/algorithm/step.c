@@ -62,6 +62,7 @@ void @NAME@_init(@NAME@_state* s) {
   }
   s->begin = (real)0;
   s->gap_price = (real)1;
+  s->mu = DT_MU_COLD;
   s->cost = (real)0;
   s->violation = (real)0;
   s->has_plan = 0;
@@ -122,7 +123,7 @@ void @NAME@_init(@NAME@_state* s) {
       dt_forget_gains(s);
     }
     s->cost = now.cost * DT_COST_UNIT;
-    s->violation = now.excess + now.gap;
+    s->violation = now.worst;
   }
   return status;
 }
