@@ -37,6 +37,30 @@ codegen::EmbeddedSource generate_embedded(const Function& recorded, const Codege
   return codegen::print_embedded(planned_alone(product, options), how);
 }
 
+codegen::EmbeddedSource generate_embedded_parts(const std::vector<EmbeddedPart>& parts,
+                                                const CodegenOptions& options, bool single) {
+  if (parts.empty()) throw ArgumentError("embedded parts: expected at least one function");
+  codegen::EmbeddedOptions how;
+  how.single = single;
+  std::vector<codegen::KernelPlan> kernels;
+  codegen::Product first = codegen::begin(parts.front().function);
+  for (const EmbeddedPart& part : parts) {
+    codegen::Product product = codegen::begin(part.function);
+    CodegenOptions own = options;
+    own.order = part.order;
+    codegen::KernelSets sets = planned_alone(product, own);
+    kernels.push_back(std::move(sets.kernels.back()));
+    how.parts.push_back(part.name);
+  }
+  const codegen::KernelSets all = {first.function,
+                                   options.label.empty() ? first.function.name : options.label,
+                                   content_hash(first.function),
+                                   std::move(kernels),
+                                   options.piece_statements,
+                                   options.functions};
+  return codegen::print_embedded(all, how);
+}
+
 codegen::DeviceSource generate_device(const Function& recorded, const CodegenOptions& options,
                                       const codegen::DeviceOptions& how) {
   codegen::Product product = codegen::begin(recorded);

@@ -24,6 +24,16 @@ codegen::Source generate_source(const Function& function, const CodegenOptions& 
 codegen::EmbeddedSource generate_embedded(const Function& function, const CodegenOptions& options = {},
                                           const codegen::EmbeddedOptions& how = {});
 
+// Several functions as static functions of one text (EmbeddedOptions::parts), for generators that print more around
+// them.
+struct EmbeddedPart {
+  std::string name;  // "dt_stage_first"
+  Function function;
+  Order order;  // values alone, or with the non-zeros of the Jacobian, ...
+};
+codegen::EmbeddedSource generate_embedded_parts(const std::vector<EmbeddedPart>& parts,
+                                                const CodegenOptions& options, bool single);
+
 // The C text with CasADi's interface (print_casadi.h), and a library of it that casadi::external() loads.  ToolError
 // if there is no compiler or the compiler fails.
 codegen::Source generate_casadi(const Function& function, const codegen::CasadiBlocks& blocks,

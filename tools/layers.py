@@ -19,8 +19,9 @@ CODEGEN = ['codegen/options', 'codegen/system', 'codegen/passes', 'codegen/sched
                    'codegen/run', 'codegen/machine', 'codegen/device']
 GENERATE = ['codegen', 'codegen/options']  # to ask for compiled functions
 # Optimal control without robots, from what is solved to how.
-PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE, SOLVE, BATCH, SENSITIVITY, MPC = (
-    f'interface/control/{name}' for name in ('problem', 'nlp', 'riccati', 'ipopt', 'discretize', 'solve', 'batch', 'sensitivity', 'mpc'))
+PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE, SOLVE, BATCH, SENSITIVITY, MPC, PRINTED = (
+    f'interface/control/{name}'
+    for name in ('problem', 'nlp', 'riccati', 'ipopt', 'discretize', 'solve', 'batch', 'sensitivity', 'mpc', 'printed'))
 CONTROL = [PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE, SOLVE, BATCH, MPC]
 SYSTEM = ['interface/system', 'interface/system/steps', 'interface/system/rigid']
 IO = 'interface/io'
@@ -80,7 +81,8 @@ ROOMS = {
     SOLVE: [*AUTODIFF, 'codegen', 'codegen/options', IO, PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE],
     BATCH: [*AUTODIFF, 'codegen', 'codegen/options', 'codegen/run', IO, PROBLEM, NLP, RICCATI, DISCRETIZE, SOLVE],
     SENSITIVITY: [*AUTODIFF, 'codegen', 'codegen/options', IO, PROBLEM, NLP, RICCATI, DISCRETIZE],
-    MPC: ['codegen', IO, PROBLEM, NLP, RICCATI, DISCRETIZE, SOLVE],
+    PRINTED: [*AUTODIFF, 'codegen', 'codegen/options', 'codegen/print', 'codegen/build', IO, PROBLEM, NLP, DISCRETIZE],
+    MPC: ['codegen', IO, PROBLEM, NLP, RICCATI, DISCRETIZE, SOLVE, PRINTED],
     'interface/motion': [*AUTODIFF, *DYNAMICS, IO, 'interface/robot', PROBLEM],
     'interface/files/info': [IO],
     'interface/files': ['dynamics/model', IO, 'interface/files/info'],
@@ -104,6 +106,7 @@ ROOMS = {
     'interface/identification': [*AUTODIFF, *DYNAMICS, IO, NLP, IPOPT, 'interface/report/plot'],
     'interface': [],
     'tools/dyntape': ['autodiff', 'dynamics', 'codegen', 'interface'],
+    'tools/dyntape/generate': ['autodiff', 'dynamics', 'codegen', 'interface', 'tools/dyntape'],
     'tools/mpi': ['dynamics', 'codegen', 'interface', 'tools/dyntape'],
     'tests': ['autodiff', 'dynamics', 'codegen', 'interface', 'tools'],
 }

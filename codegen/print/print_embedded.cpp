@@ -20,11 +20,13 @@ constexpr std::size_t kFrameBytes = 256;
 // dt_sin and what it calls.
 constexpr std::size_t kOwnTrigFrames = 4;
 
-constexpr char kMacros[] = R"(
+constexpr char kStaticWork[] = R"(
 /* Compiled with -DDYNTAPE_WORK= the work arrays lie on the stack, and entry points may be entered twice. */
 #ifndef DYNTAPE_WORK
 #define DYNTAPE_WORK static
-#endif
+#endif)";
+
+constexpr char kMacros[] = R"(
 #if defined(__GNUC__)
 #define DT_PIECE static __attribute__((noinline))
 #define DT_RESTRICT __restrict__
@@ -72,17 +74,16 @@ class EmbeddedPrinter {
   EmbeddedSource run() {
     std::string entries;
     for (std::size_t k = 0; k < sets_.kernels.size(); ++k) entries += entry_point(k);
-    const std::string declarations = declare();
+    for (const Called& called : called_functions(words_.operators))
+      if (!is_own(called.function)) result_.calls.push_back(called.function);
     Source& source = result_.source;
-    source.text = banner() + headers() + open_c_linkage() + declarations + kMacros + types();
-    // Kernels written by hand come first: what functions of libm are called by is not changed yet.
-    for (const bool is_kernel : {true, false}) {
-      for (const auto& d : functions_.definitions()) {
-        if (d.is_kernel() == is_kernel) source.text += "\n" + d.head + " {\n" + d.body + "}\n";
-      }
-      if (is_kernel) source.text += functions();
+    if (is_part()) {
+      source.text = headers() + kMacros + types() + definitions() + "\n" + entries;
+      return std::move(result_);
     }
-    source.text += "\n" + entries + tables() + close_c_linkage();
+    const std::string declarations = declare();
+    source.text = banner() + headers() + open_c_linkage() + declarations + kStaticWork + kMacros + types() +
+                  definitions() + "\n" + entries + tables() + close_c_linkage();
     const std::string guard = macro_prefix(source.name) + "_H";
     source.header = header_banner(sets_, source) + "#ifndef " + guard + "\n#define " + guard + "\n" +
                     open_c_linkage() + header_sizes(sets_, source, {}) + declarations + close_c_linkage() +
@@ -91,6 +92,24 @@ class EmbeddedPrinter {
   }
 
  private:
+  bool is_part() const { return !options_.parts.empty(); }
+
+  // Kernels written by hand come first: what functions of libm are called by is not changed yet.
+  std::string definitions() const {
+    std::string text;
+    for (const bool is_kernel : {true, false}) {
+      for (const auto& d : functions_.definitions()) {
+        if (d.is_kernel() == is_kernel) text += "\n" + d.head + " {\n" + d.body + "}\n";
+      }
+      if (is_kernel) text += functions();
+    }
+    return text;
+  }
+
+  std::string name_of(std::size_t k) const {
+    return is_part() ? options_.parts[k] : result_.source.name + "_" + kKernelNames[k];
+  }
+
   bool has_kernels() const {
     const auto& callees = functions_.callees();
     return std::any_of(callees.begin(), callees.end(), [](const Callee* callee) { return callee->kernel(); });
@@ -109,9 +128,10 @@ class EmbeddedPrinter {
     };
     for (int block = 0; block < kBlocks; ++block) add("const ", kInputNames[block], d.function.inputs[block]);
     const std::size_t sizes[] = {d.n_y, d.jacobian.nnz(), d.hessian.nnz()};
-    for (std::size_t order = 0; order <= k; ++order) add("", kOutputNames[order], sizes[order]);
-    return (is_guarded(k) ? "unsigned " : "void ") + result_.source.name + "_" + kKernelNames[k] + "(" +
-           (parameters.empty() ? "void" : parameters) + ")";
+    for (std::size_t order = 0; order <= std::size_t(d.order); ++order)
+      add("", kOutputNames[order], sizes[order]);
+    return std::string(is_part() ? "static " : "") + (is_guarded(k) ? "unsigned " : "void ") + name_of(k) +
+           "(" + (parameters.empty() ? "void" : parameters) + ")";
   }
 
   // The function of a kernel; its pieces are added to the others.
@@ -123,11 +143,14 @@ class EmbeddedPrinter {
                           functions_.texts(),
                           dialect_};
     const std::size_t first = functions_.definitions().size();
-    const std::string calls = functions_.add_pieces(std::string("dt_") + kKernelNames[k], function,
-                                                    kernel.schedule, style, "", "  ");
+    const std::string calls =
+        functions_.add_pieces(is_part() ? name_of(k) : std::string("dt_") + kKernelNames[k], function,
+                              kernel.schedule, style, "", "  ");
     std::string body;
     const std::size_t work = functions_.work(function, kernel.schedule);
-    if (work) body += "  DYNTAPE_WORK real work[" + std::to_string(work) + "];\n";
+    if (work)
+      body += std::string("  ") + (is_part() ? "" : "DYNTAPE_WORK ") + "real work[" + std::to_string(work) +
+              "];\n";
     if (is_guarded(k)) body += "  dt_words guard = 0;\n";
     for (int block = 0; block < kBlocks; ++block) {
       if (function.inputs[block] && calls.find(kInputNames[block]) == std::string::npos)
@@ -135,7 +158,7 @@ class EmbeddedPrinter {
     }
     body += calls + (is_guarded(k) ? "  return guard;\n" : "");
 
-    result_.entries.push_back(result_.source.name + "_" + kKernelNames[k]);
+    result_.entries.push_back(name_of(k));
     result_.source.operations.push_back(total_operations(function));
     const std::size_t bytes = options_.single ? sizeof(float) : sizeof(double);
     result_.work.push_back(work * bytes);

@@ -37,14 +37,18 @@ struct StackUse {
 struct EmbeddedOptions {
   bool single = false;  // float
   StackUse stack;       // for the banner; empty: the bound only
+  // Names of the kernels, which may be of several functions.  If given, they are static functions for another text that
+  // includes source.text: no banner, no header, no tables of non-zeros, and work arrays on the stack.
+  std::vector<std::string> parts = {};
 };
 
 struct EmbeddedSource {
   Source source;                     // symbol and pieces are empty
   std::vector<std::string> entries;  // "arm_value", by kernel
   std::vector<std::size_t>
-      stack_bounds;               // bytes, by kernel; 0: unknown, since it calls a hand-written kernel
-  std::vector<std::size_t> work;  // bytes of static arrays, by kernel
+      stack_bounds;                     // bytes, by kernel; 0: unknown, since it calls a hand-written kernel
+  std::vector<std::size_t> work;        // bytes of static arrays, by kernel
+  std::vector<std::string> calls = {};  // functions of libm in the text: "sqrt", "atan2"
 };
 
 // Sine and cosine are printed (own_trig.h), or libm's where sets.functions are; other functions are libm's.  Throws ArgumentError

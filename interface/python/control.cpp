@@ -7,6 +7,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/control/printed/controller.h>
 #include <dyntape/interface/io/number.h>
 
 #include "motions.h"
@@ -40,7 +41,7 @@ void refuse_plain_costs(const Problem& problem) {
 }
 
 void make_mpc(PythonMpc* self, const PythonProblem& p, int intervals, const std::string& scheme,
-              int iterations, bool gains, double tolerance) {
+              int iterations, bool gains, double tolerance, bool printed) {
   refuse_plain_costs(p.problem);
   MpcOptions options;
   options.mesh.intervals = intervals;
@@ -48,6 +49,7 @@ void make_mpc(PythonMpc* self, const PythonProblem& p, int intervals, const std:
   options.solver.tolerance = tolerance;
   options.iterations = iterations;
   options.gains = gains;
+  options.printed = printed;
   bool is_made = false;
   try {
     watched(nb::none(), [&](const Watch& watch) {
@@ -59,6 +61,28 @@ void make_mpc(PythonMpc* self, const PythonProblem& p, int intervals, const std:
     if (is_made) self->~PythonMpc();
     throw;
   }
+}
+
+nb::dict generate(PythonMpc& self, const std::filesystem::path& folder, const std::string& name, bool single,
+                  int iterations, std::size_t target_bytes) {
+  ControllerOptions options;
+  options.mesh = self.mesh;
+  options.name = name;
+  options.single = single;
+  options.iterations = iterations;
+  options.target_bytes = target_bytes;
+  const PrintedController c = watched(nb::none(), [&](const Watch&) {
+    const std::scoped_lock lock(self.mutex);
+    return generate_controller(self.mpc.values(), options);
+  });
+  nb::dict report;
+  report["name"] = c.name;
+  report["files"] = write_source(c.source, folder.string());
+  report["state_bytes"] = c.state_bytes;
+  report["constant_bytes"] = c.constant_bytes;
+  report["stack_bound"] = c.stack_bytes;
+  report["iteration_bound"] = c.of_iteration.sum();
+  return report;
 }
 
 MpcStep step(PythonMpc& self, double t, nb::handle x) {
@@ -126,15 +150,31 @@ void bind_mpc(nb::module_& module) {
           "The problem's duration is the horizon; it is recorded and compiled once.\n\n"
           "intervals, scheme: of the mesh.  iterations: of a step at most; 0: until it is solved, 1: the "
           "real-time\n"
-          "iteration.  gains: plans have feedback.  tolerance: of a step that is solved, relative.\n\n"
+          "iteration.  gains: plans have feedback.  tolerance: of a step that is solved, relative.  printed: "
+          "steps run the text\n"
+          "that generate() writes, compiled here.\n\n"
           "Raises ArgumentError for a problem whose start or duration is free, or whose costs are no "
           "squares.")
           .def("__init__", make_mpc, nb::arg("problem"), nb::kw_only(), nb::arg("intervals") = 20,
                nb::arg("scheme") = "trapezoid", nb::arg("iterations") = 0, nb::arg("gains") = false,
-               nb::arg("tolerance") = 1e-6,
+               nb::arg("tolerance") = 1e-6, nb::arg("printed") = false,
                nb::sig(
                    "def __init__(self, problem: Problem, *, intervals: int = 20, scheme: str = 'trapezoid', "
-                   "iterations: int = 0, gains: bool = False, tolerance: float = 1e-06) -> None"))
+                   "iterations: int = 0, gains: bool = False, tolerance: float = 1e-06, printed: bool = "
+                   "False) -> None"))
+          .def("generate", generate, nb::arg("folder"), nb::kw_only(), nb::arg("name") = "",
+               nb::arg("single") = false, nb::arg("iterations") = 50, nb::arg("target_bytes") = 0,
+               nb::sig("def generate(self, folder: str | os.PathLike[str], *, name: str = '', single: bool = "
+                       "False, iterations: int = 50, target_bytes: int = 0) -> dict[str, Any]"),
+               "Writes this controller as folder/name.c and .h for a microcontroller: C99 without heap, "
+               "recursion, libraries or\n"
+               "static variables.  The scheme has to be euler, semi-implicit-euler or runge-kutta-4.\n\n"
+               "name: of its functions; empty: the problem's.  single: float instead of double.  iterations: "
+               "most of a step.\n"
+               "target_bytes: refuse what takes more; 0: any.  Returns files, state_bytes, constant_bytes, "
+               "stack_bound and\n"
+               "iteration_bound, the operations, loads, stores and turns of an iteration.\n\n"
+               "Raises ArgumentError, naming the part, for what cannot be printed.")
           .def(
               "step", step, nb::arg("t"), nb::arg("x"),
               nb::sig("def step(self, t: float, x: ArrayLike) -> MpcStep"),

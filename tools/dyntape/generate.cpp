@@ -6,7 +6,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <sstream>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/graph/nonzero_outputs.h>
@@ -19,6 +18,7 @@
 #include <dyntape/interface/robot/robot_callee.h>
 
 #include "function_options.h"
+#include "generate/controller.h"
 #include "words.h"
 
 namespace dyntape::tools {
@@ -34,6 +34,7 @@ struct GenerateOptions {
   bool embedded = false, casadi = false, single = false;
   std::string cross;  // compiler and flags that the stack is measured with
   std::string dialect = "c";
+  ControllerCommand controller;
 };
 
 // Order 0: outputs of the function; 1: of the Jacobian; 2: of the lower triangle of the Hessian.
@@ -48,12 +49,8 @@ Entries entries(int order, std::size_t n_y, const Pattern& jacobian, const Patte
 
 // By the compiler that is asked for; by gcc, if there is one, where none is.
 codegen::StackUse stack_of(const codegen::EmbeddedSource& embedded, const std::string& cross) {
-  std::vector<std::string> words;
-  std::istringstream text(cross.empty() ? "gcc" : cross);
-  for (std::string word; text >> word;) words.push_back(word);
-  if (words.empty()) throw ArgumentError("--cross: expected a compiler and its flags, got only spaces");
   try {
-    return measure_stack(embedded, words);
+    return measure_stack(embedded, cross_words(cross));
   } catch (const ToolError&) {
     if (cross.empty()) return {};
     throw;
@@ -174,8 +171,19 @@ void run_casadi(const GenerateOptions& options, const dynamics::Model<double>& m
 }
 
 void run(const GenerateOptions& options) {
+  if (!options.controller.output.empty()) {
+    ControllerCommand controller = options.controller;
+    controller.task = options.robot.path, controller.single = options.single;
+    controller.json = options.json, controller.cross = options.cross;
+    return run_controller(controller);
+  }
+  if (!options.cross.empty() && !options.embedded)
+    throw CLI::RequiresError("--cross", "--embedded or --controller");
+  if (!options.controller.set.empty()) throw CLI::RequiresError("--set", "--controller");
   if (options.single && !options.embedded && options.dialect == "c")
-    throw CLI::RequiresError("--float", "--embedded, or --dialect opencl or cuda");
+    throw CLI::RequiresError("--float", "--embedded, --controller, or --dialect opencl or cuda");
+  if (options.function.name.empty()) throw CLI::RequiredError("--function");
+  if (options.output.empty()) throw CLI::RequiredError("--output");
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
   CodegenOptions codegen;
@@ -245,7 +253,7 @@ void add_generate(CLI::App& app) {
                          "entries of the state (q, v, a or tau)");
   const auto options = std::make_shared<GenerateOptions>();
   add_robot_options(*command, options->robot);
-  add_function_options(*command, options->function, "function to generate")->required();
+  CLI::Option* const function = add_function_options(*command, options->function, "function to generate");
   command->add_option("--order", options->order, "0: values; 1: and Jacobian; 2: and weighted Hessian")
       ->transform(whole_number(0, 2))
       ->type_name("0|1|2")
@@ -257,7 +265,8 @@ void add_generate(CLI::App& app) {
       "every processor (link with -lsleef)",
       {"sines", "libm", "portable"})
       ->capture_default_str();
-  add_path(*command, "--output", options->output, "folder for the .c and .h file", "DIR")->required();
+  CLI::Option* const output =
+      add_path(*command, "--output", options->output, "folder for the .c and .h file", "DIR");
   CLI::Option* const embedded = command->add_flag(
       "--embedded", options->embedded,
       "plain functions of x, p, w for a microcontroller or a program of one's own: no descriptor, heap or "
@@ -278,12 +287,14 @@ void add_generate(CLI::App& app) {
       ->excludes(embedded)
       ->excludes(casadi)
       ->capture_default_str();
-  command->add_flag("--float", options->single, "embedded, opencl, cuda: float instead of double");
+  CLI::Option* const controller = add_controller_options(*command, options->controller);
+  controller->excludes(function)->excludes(output)->excludes(embedded)->excludes(casadi)->excludes(nonzeros);
+  command->add_flag("--float", options->single,
+                    "embedded, controller, opencl, cuda: float instead of double");
   command
-      ->add_option(
-          "--cross", options->cross,
-          "embedded: the gcc and flags that the stack is measured with, in one word (default: gcc -O2)")
-      ->needs(embedded)
+      ->add_option("--cross", options->cross,
+                   "embedded, controller: the gcc and flags that the stack is measured with, in one word "
+                   "(default: gcc -O2)")
       ->type_name("\"CC FLAGS\"");
   command->add_flag("--yes", options->yes, "continue if the C text is larger than 20 MB");
   command->add_flag("--json", options->json, "print sizes and times as JSON");

@@ -52,6 +52,12 @@ Problem with_remembered_guess(Problem problem) {
   return problem;
 }
 
+// Functions that only answer for names and sizes need no compiler.
+MeshOptions interpreted(MeshOptions mesh) {
+  mesh.evaluation.route = Route::kInterpreter;
+  return mesh;
+}
+
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double most = 0;
   for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(a[i] - b[i]));
@@ -126,10 +132,15 @@ Eigen::VectorXd Plan::control(double t, const Eigen::VectorXd& x) const {
 RecedingHorizon::RecedingHorizon(const Problem& problem, const MpcOptions& options)
     : options_(options),
       values_(with_remembered_guess(checked(problem))),
-      program_(discretize(values_, options.mesh)) {
+      program_(discretize(values_, options.printed ? interpreted(options.mesh) : options.mesh)) {
   if (options.iterations < 0)
     refuse(problem, std::to_string(options.iterations) +
                         " iterations a step, expected 0 (until it is solved) or more");
+  if (!options.printed) return;
+  ControllerOptions printed;
+  printed.mesh = options.mesh;
+  printed.tolerance = options.solver.tolerance;
+  printed_ = std::make_unique<ControllerLibrary>(values_, printed, options.mesh.evaluation);
 }
 
 // The last solution's variables as they are `by` later, and its multipliers.
@@ -229,6 +240,8 @@ void RecedingHorizon::add_gain() {
 }
 
 NlpSolution RecedingHorizon::solution() const {
+  if (printed_)
+    refuse(values_, "a controller that runs printed text has no solution(); expected one without `printed`");
   if (!scaled_) refuse(values_, "the controller has no plan yet; expected a step before solution()");
   NlpSolution own = scaled_->in_own_units(last_);
   own.units = scaled_->units();
@@ -252,8 +265,7 @@ void RecedingHorizon::plan_again(const std::vector<double>& start, const std::ve
   plan_from(scaled_->in_scaled_units(program_.start()), t, From::kPoint);
 }
 
-const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
-  const auto begin = std::chrono::steady_clock::now();
+void RecedingHorizon::check_step(double t, const Eigen::VectorXd& x) const {
   const std::string where = "problem \"" + values_.name + "\": ";
   if (x.size() != values_.n_x() || !x.allFinite())
     throw ArgumentError(where + "the state measured at t = " + io::shortest(t) + " s has " +
@@ -263,6 +275,42 @@ const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
   if (!std::isfinite(t) || (has_plan_ && t < step_.plan.begin))
     throw ArgumentError(where + "a step at t = " + io::shortest(t) +
                         " s, expected a time after the last one's, " + io::shortest(step_.plan.begin) + " s");
+}
+
+// By the text: the first step until it is solved, like the others without `iterations`.
+const MpcStep& RecedingHorizon::printed_step(double t, const Eigen::VectorXd& x) {
+  const auto begin = std::chrono::steady_clock::now();
+  printed_->values().parameters = values_.parameters;
+  const bool is_bounded = has_plan_ && options_.iterations > 0;
+  const ControllerStep found = printed_->step(t, x, is_bounded ? options_.iterations : 1 << 20);
+  step_.status = found.status == ControllerStep::Status::kSolved        ? SolveStatus::kSolved
+                 : found.status == ControllerStep::Status::kBudgetEnded ? SolveStatus::kIterationLimit
+                                                                        : SolveStatus::kNotFinite;
+  step_.plan.begin = t;
+  step_.plan.motion = printed_->plan();
+  step_.plan.limits = values_.u;
+  step_.plan.difference = values_.difference;
+  step_.iterations = found.iterations, step_.cost = found.cost, step_.violation = found.violation;
+  step_.usable = found.status == ControllerStep::Status::kSolved ||
+                 (found.usable() && found.violation <= options_.violation);
+  step_.plan.gain.resize(0, 0), step_.plan.rates.resize(0, 0);
+  if (options_.gains && step_.usable) {
+    step_.plan.gain = printed_->gain();
+    step_.plan.rates = rates_of(program_.problem(), step_.plan.motion);
+  }
+  has_plan_ = found.usable();
+  step_.seconds = seconds_since(begin);
+  if (step_.usable) {
+    latest_.write() = step_.plan;
+    latest_.publish();
+  }
+  return step_;
+}
+
+const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
+  check_step(t, x);
+  if (printed_) return printed_step(t, x);
+  const auto begin = std::chrono::steady_clock::now();
   std::vector<double> start;
   if (has_plan_) start = moved(t - step_.plan.begin);
   NlpScaling as_made;

@@ -60,6 +60,10 @@
 // would divide by the remaining influence of the first state and demand what no plant does within an interval: for
 // the arm of config/control/arm_holds.info on intervals of 20 ms, poles at -6e4 /s instead of -97 /s.
 //
+// Printed.  With `printed`, steps run the text of a microcontroller (printed/controller.h), compiled here: the numbers of
+// the microcontroller, and mostly a shorter time.  Limits of states and path rows are then soft;
+// values() changes parameters only; solution() and derivatives are not available.
+//
 // Derivatives.  problem() and solution() are what motion_sensitivities.h needs for the derivatives of the whole plan
 // with respect to the measured state and the parameters, with exact second derivatives:
 //
@@ -86,6 +90,7 @@
 #include <dyntape/interface/control/mpc/qp_subproblem.h>
 #include <dyntape/interface/control/mpc/triple_buffer.h>
 #include <dyntape/interface/control/nlp/scaled_nlp.h>
+#include <dyntape/interface/control/printed/controller_library.h>
 #include <dyntape/interface/control/riccati/interior_point.h>
 
 namespace dyntape {
@@ -96,6 +101,7 @@ struct MpcOptions {
   int iterations = 0;       // most iterations of a step after the first; 0: until convergence
   double violation = 1e-2;  // limit for usable plans, in nominal values
   bool gains = false;       // compute feedback gains
+  bool printed = false;     // run the printed text; needs what generate_controller needs
 };
 
 // The planned motion from a time on.  A value; several threads may read it.
@@ -162,10 +168,13 @@ class RecedingHorizon {
                   const Eigen::VectorXd& x);
   bool leave_saddle(double t);
   void add_gain();
+  const MpcStep& printed_step(double t, const Eigen::VectorXd& x);
+  void check_step(double t, const Eigen::VectorXd& x) const;
 
   MpcOptions options_;
   Problem values_;
   StagedNlp program_;
+  std::unique_ptr<ControllerLibrary> printed_;  // null unless asked for
   std::unique_ptr<ScaledNlp> scaled_;
   std::unique_ptr<StructuredInteriorPoint> solver_, of_model_;
   std::unique_ptr<QpSubproblem> model_;

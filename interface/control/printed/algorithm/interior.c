@@ -1,0 +1,114 @@
+/* ---- interior-point method ---- */
+
+/* The changes of all sides towards znew. */
+static dt_barrier dt_changes(@NAME@_state* s) {
+  dt_barrier barrier = {(real)1, (real)0, (real)0};
+  for (int k = 0; k < DT_N; ++k) {
+    real value[DT_VALUES];
+    for (int i = 0; i < DT_NZ; ++i) {
+      value[i] = s->znew[k][i];
+    }
+    for (int i = 0; i < DT_ROWS; ++i) {
+      value[DT_NZ + i] = (real)0;
+    }
+    dt_rows_apply(s->d[k], s->znew[k], &value[DT_NZ]);
+    for (int j = 0; j < DT_SIDES; ++j) {
+      dt_side* side = &s->side[k][j];
+      dt_change(&barrier, side, side->b + (dt_side_factor[j] * value[dt_side_entry[j]]), (j < DT_HARD) ? 0 : 1);
+    }
+  }
+  {
+    real value[DT_END_VALUES];
+    for (int i = 0; i < DT_NX; ++i) {
+      value[i] = s->znew[DT_N][i];
+    }
+    for (int i = 0; i < DT_END_ROWS; ++i) {
+      value[DT_NX + i] = (real)0;
+    }
+    dt_end_rows_apply(s->end_d, s->znew[DT_N], &value[DT_NX]);
+    for (int j = 0; j < DT_END_SIDES; ++j) {
+      dt_side* side = &s->end_side[j];
+      dt_change(&barrier, side, side->b + (dt_end_side_factor[j] * value[dt_end_side_entry[j]]), 1);
+    }
+  }
+  return barrier;
+}
+
+static void dt_aims(@NAME@_state* s, real mu) {
+  for (int k = 0; k < DT_N; ++k) {
+    for (int j = 0; j < DT_SIDES; ++j) {
+      dt_aim(&s->side[k][j], mu, (j < DT_HARD) ? 0 : 1);
+    }
+  }
+  for (int j = 0; j < DT_END_SIDES; ++j) {
+    dt_aim(&s->end_side[j], mu, 1);
+  }
+}
+
+/* Moves all sides; returns the mean product of slacks and multipliers. */
+static real dt_moves(@NAME@_state* s, real part) {
+  real sum = (real)0;
+  for (int k = 0; k < DT_N; ++k) {
+    for (int j = 0; j < DT_SIDES; ++j) {
+      sum += dt_move(&s->side[k][j], part, (j < DT_HARD) ? 0 : 1);
+    }
+  }
+  for (int j = 0; j < DT_END_SIDES; ++j) {
+    sum += dt_move(&s->end_side[j], part, 1);
+  }
+  return sum * DT_ONE_OVER_PRODUCTS;
+}
+
+static void dt_move_plan(@NAME@_state* s, real part) {
+  for (int k = 0; k < DT_N; ++k) {
+    for (int i = 0; i < DT_NZ; ++i) {
+      s->dz[k][i] += part * (s->znew[k][i] - s->dz[k][i]);
+    }
+  }
+  for (int i = 0; i < DT_NX; ++i) {
+    s->dz[DT_N][i] += part * (s->znew[DT_N][i] - s->dz[DT_N][i]);
+  }
+}
+
+static int dt_is_step_finite(const @NAME@_state* s) {
+  real sum = (real)0;
+  for (int k = 0; k <= DT_N; ++k) {
+    for (int i = 0; i < DT_NX; ++i) {
+      sum += s->znew[k][i];
+    }
+  }
+  return dt_is_finite(sum);
+}
+
+/* Solves the quadratic program for dz; whether it is solved. */
+static int dt_quadratic_program(@NAME@_state* s) {
+  real left = (real)1; /* of the residuals of the equations */
+  real mean = dt_moves(s, (real)0);
+  int is_solved = 0;
+  for (int i = 0; i < DT_INTERIOR; ++i) {
+    dt_barrier barrier;
+    real ratio;
+    dt_factorise(s);
+    dt_solve(s);
+    barrier = dt_changes(s);
+    ratio = mean + ((barrier.part * (barrier.first + (barrier.part * barrier.second))) * DT_ONE_OVER_PRODUCTS);
+    ratio = ratio / dt_larger(mean, DT_MU_END);
+    dt_aims(s, dt_larger(((ratio * ratio) * ratio) * mean, DT_MU_END));
+    dt_solve(s);
+    if (dt_is_step_finite(s) == 0) {
+      break;
+    }
+    barrier = dt_changes(s);
+    mean = dt_moves(s, barrier.part);
+    dt_move_plan(s, barrier.part);
+    left -= left * barrier.part;
+    s->interior_steps += 1;
+    if ((left <= DT_LEFT) && (mean <= ((real)2 * DT_MU_END))) {
+      is_solved = 1;
+      break;
+    }
+  }
+  s->mu = (is_solved != 0) ? DT_MU_WARM : DT_MU_COLD;
+  return is_solved;
+}
+
