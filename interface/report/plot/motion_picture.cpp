@@ -109,20 +109,22 @@ std::vector<std::array<double, 2>> drawn_points(const Panel& panel) {
   return points;
 }
 
-// Beside, above or below its obstacle: where the fewest lines run.
-Remark name_beside(const Obstacle& obstacle, const std::vector<std::array<double, 2>>& points, double pixel) {
+// Beside, above or below its obstacle: within the picture if possible, and where the fewest lines run.
+Remark name_beside(const Obstacle& obstacle, const std::vector<std::array<double, 2>>& points,
+                   const Rectangle& picture, double pixel) {
   Rectangle box;
   for (const auto& p : obstacle.outline) box.add(p);
   const double w = 0.5 * pixel * (text_width(obstacle.text, kSmallSize) + 12), h = 0.5 * pixel * 18;
   const double x = 0.5 * (box.left + box.right), y = 0.5 * (box.low + box.high);
   Remark best;
-  long fewest = std::numeric_limits<long>::max();
+  std::pair<bool, long> least{true, std::numeric_limits<long>::max()};
   for (const auto& [cx, cy] : {std::array{box.right + w, y}, std::array{box.left - w, y},
                                std::array{x, box.high + h}, std::array{x, box.low - h}}) {
     const Rectangle text{cx - w, cx + w, cy - h, cy + h};
     const long met =
         std::count_if(points.begin(), points.end(), [&](const auto& p) { return text.contains(p[0], p[1]); });
-    if (met < fewest) fewest = met, best = {cx, cy, obstacle.text};
+    const bool is_cut = !(picture.contains(text.left, text.low) && picture.contains(text.right, text.high));
+    if (std::pair{is_cut, met} < least) least = {is_cut, met}, best = {cx, cy, obstacle.text};
   }
   return best;
 }
@@ -134,7 +136,7 @@ void add_names(const Motion& motion, Panel& panel) {
   // A pixel in the units of the axes, in a frame of about that size.
   const double pixel = 1.1 * std::max((all.right - all.left) / 750, (all.high - all.low) / panel.height);
   for (const Obstacle& obstacle : motion.obstacles)
-    panel.remarks.push_back(name_beside(obstacle, points, pixel));
+    panel.remarks.push_back(name_beside(obstacle, points, all, pixel));
 }
 
 // What obstacles hide lies below them; of that, what is before them is drawn again.
