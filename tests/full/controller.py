@@ -49,7 +49,7 @@ class Controller:
     def defines(self, loop, steps):
         r = self.report
         return [f'-DTEXT="{self.text.name}"', f'-DNAME={r["name"]}', f'-DSTATES={r["states"]}', f'-DCONTROLS={r["controls"]}',
-                f'-DREAL={self.scalar}', f'-DLOOP={loop}', f'-DSTEPS={steps}', '-I', self.folder, '-I', self.harness]
+                f'-DREAL={self.scalar}', f'-DLOOP={loop}', f'-DSTEPS={steps}', '-DBUDGETS=2', '-I', self.folder, '-I', self.harness]
 
     def objects(self):
         """The text by itself, with every warning an error; bytes of code and constants, and symbols that are missing."""
@@ -77,7 +77,7 @@ class Controller:
 
 def main():
     dyntape, source, work = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
-    steps = int(sys.argv[4]) if len(sys.argv) > 4 else 1000
+    steps = int(sys.argv[4]) if len(sys.argv) > 4 else 100
     faults = 0
 
     def report(good, *words):

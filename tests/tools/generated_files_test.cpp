@@ -117,6 +117,35 @@ TEST(GeneratedFiles, KernelsOfDevices) {
   EXPECT_EQ(with("metal").status, 2);
 }
 
+// Of a task: two files that compile by themselves, or a refusal and none.
+TEST(Generated, ControllersOfTasks) {
+  const Scratch scratch;
+  const std::string task = config("control/cart_pole_swings_up.info"), folder = scratch / "c";
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"generate", task, "--controller", folder, "--json"});
+    return run_dyntape(more);
+  };
+  const json report = json::parse(with({"--float"}).out);
+  EXPECT_LT(report["state_bytes"].get<int>(), 32000);
+  EXPECT_GT(report["iteration"]["sum"].get<double>(), 1e5);
+  const std::string build = "cd " + folder +
+                            " && cc -std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -O2 -c "
+                            "cart_pole_swings_up.c -o c.o";
+  EXPECT_EQ(std::system(build.c_str()), 0);
+  std::filesystem::remove_all(folder);
+  for (const auto& [set, part] : {std::pair("transcription.scheme=trapezoid", "trapezoid"),
+                                  std::pair("transcription.dynamics=inverse", "inverse"),
+                                  std::pair("transcription.hessian=exact", "gauss_newton")}) {
+    const auto refused = with({"--set", set});
+    EXPECT_EQ(refused.status, 1) << set;
+    EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
+  }
+  EXPECT_NE(with({"--target-bytes", "1000"}).err.find("1 000"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder));
+  EXPECT_EQ(run_dyntape({"generate", task, "--controller", folder, "--function", "rnea"}).status, 2);
+  EXPECT_EQ(run_dyntape({"generate", config("robots/ur5.urdf"), "--output", folder}).status, 2);
+}
+
 }  // namespace
 
 }  // namespace generated_files_test

@@ -253,7 +253,10 @@ void add_generate(CLI::App& app) {
                          "entries of the state (q, v, a or tau)");
   const auto options = std::make_shared<GenerateOptions>();
   add_robot_options(*command, options->robot);
-  CLI::Option* const function = add_function_options(*command, options->function, "function to generate");
+  command->get_option("robot")->description(
+      "the robot, a URDF file; with --controller a task, an .info file");
+  CLI::Option* const function = add_function_options(*command, options->function,
+                                                     "function to generate; required without --controller");
   command->add_option("--order", options->order, "0: values; 1: and Jacobian; 2: and weighted Hessian")
       ->transform(whole_number(0, 2))
       ->type_name("0|1|2")
@@ -265,8 +268,8 @@ void add_generate(CLI::App& app) {
       "every processor (link with -lsleef)",
       {"sines", "libm", "portable"})
       ->capture_default_str();
-  CLI::Option* const output =
-      add_path(*command, "--output", options->output, "folder for the .c and .h file", "DIR");
+  CLI::Option* const output = add_path(*command, "--output", options->output,
+                                       "folder for the .c and .h file; required without --controller", "DIR");
   CLI::Option* const embedded = command->add_flag(
       "--embedded", options->embedded,
       "plain functions of x, p, w for a microcontroller or a program of one's own: no descriptor, heap or "

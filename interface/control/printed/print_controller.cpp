@@ -126,7 +126,8 @@ class ControllerPrinter {
     const std::string type = "typedef " + std::string(options_.single ? "float" : "double") + " real;\n";
     std::string own;
     if (text.find("fabs(") != std::string::npos) own += "#define fabs(a) (((a) < 0) ? -(a) : (a))\n";
-    if (text.find("HUGE_VAL") != std::string::npos) own += "#define HUGE_VAL ((real)1 / (real)0)\n#define HUGE_VALF HUGE_VAL\n";
+    if (text.find("HUGE_VAL") != std::string::npos)
+      own += "#define HUGE_VAL ((real)1 / (real)0)\n#define HUGE_VALF HUGE_VAL\n";
     const bool has_root = text.find("sqrt(") != std::string::npos;
     if (has_root)
       own += filled(kRootText, {{"BITS", options_.single ? "uint32_t" : "uint64_t"},
@@ -316,7 +317,8 @@ class ControllerPrinter {
     member("gain", {n_, n_u_, n_x_}, "feedback of each interval", &at.gain);
     member("begin", {}, "time of the plan, s", &at.begin);
     member("cost", {}, "of the plan", &at.cost);
-    member("violation", {}, "the largest, of soft limits and of the dynamics, in nominal values", &at.violation);
+    member("violation", {}, "the largest, of soft limits and of the dynamics, in nominal values",
+           &at.violation);
     text += "  /* Work. */\n";
     member("gap_price", {}, ""), member("mu", {}, "");
     member("dz", {n_ + 1, n_z_}, ""), member("znew", {n_ + 1, n_z_}, "");
@@ -326,8 +328,8 @@ class ControllerPrinter {
     member("end_h", {n_x_ * (n_x_ + 1) / 2}, ""), member("end_g", {n_x_}, "");
     member("pc", {n_, n_x_}, ""), member("factor", {n_, n_u_, n_u_}, ""),
         member("feedforward", {n_, n_u_}, "");
-    text += "  @NAME@_side side[" + std::to_string(n_) + "][" + std::to_string(sides) + "], end_side[" +
-            std::to_string(ends) + "];\n";
+    text += "  @NAME@_side side[" + std::to_string(n_) + "][" + std::to_string(sides) +
+            "];\n  @NAME@_side end_side[" + std::to_string(ends) + "];\n";
     numbers += 11 * (n_ * sides + ends);
     text +=
         "  int has_plan;\n  int iterations; /* of the last step */\n  int interior_steps; /* likewise */\n";

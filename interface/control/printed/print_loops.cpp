@@ -129,6 +129,13 @@ void print_lower(LoopText& out, const SparseRow& row, const std::string& s,
 std::string in_matrix(const std::string& i, const std::string& j) { return "q[" + i + "][" + j + "]"; }
 
 std::string in_rows(const std::string& i, const std::string& j) {
+  const auto is_number = [](const std::string& text) {
+    return text.find_first_not_of("0123456789") == std::string::npos;
+  };
+  if (is_number(i) && is_number(j)) {
+    const std::size_t row = std::stoul(i);
+    return "h[" + text_of(row * (row + 1) / 2 + std::stoul(j)) + "]";
+  }
   return "h[(((" + i + ") * ((" + i + ") + 1)) / 2) + (" + j + ")]";
 }
 

@@ -3,7 +3,7 @@
 // A printed controller in closed loop with its own model as the plant, and random steps with their instructions.  The target
 // defines put, put_number and instructions (target.h).
 //
-//   -DTEXT='"lift.c"' -DNAME=lift -DSTATES=4 -DCONTROLS=1 -DREAL=float
+//   -DTEXT='"lift.c"' -DNAME=lift -DSTATES=4 -DCONTROLS=1 -DREAL=float -DLOOP=100 -DSTEPS=1000 -DBUDGETS=2
 #include TEXT
 
 #include "target.h"
@@ -71,5 +71,5 @@ static void random_steps(int budget, int count) {
 
 void run(void) {
   closed_loop();
-  for (int budget = 1; budget <= 2; ++budget) random_steps(budget, STEPS);
+  for (int budget = 1; budget <= BUDGETS; ++budget) random_steps(budget, STEPS);
 }

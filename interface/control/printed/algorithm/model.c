@@ -21,7 +21,8 @@ static void dt_begin_end_sides(@NAME@_state* s, const real rows[]) {
 static int dt_linearise(@NAME@_state* s) {
   real sum = (real)0;
   for (int k = 0; k < DT_N; ++k) {
-    real y[DT_STAGE_Y], jacobian[DT_STAGE_JACOBIAN];
+    real y[DT_STAGE_Y];
+    real jacobian[DT_STAGE_JACOBIAN];
     dt_stage_first(s->z[k], s->p[k], y, jacobian);
     for (int i = 0; i < DT_NX; ++i) {
       s->c[k][i] = y[i] - s->z[k + 1][i];
@@ -44,7 +45,8 @@ static int dt_linearise(@NAME@_state* s) {
     dt_begin_stage_sides(s, k, &y[DT_NX]);
   }
   {
-    real y[DT_END_Y + 1], jacobian[DT_END_JACOBIAN + 1];
+    real y[DT_END_Y + 1] = {0};
+    real jacobian[DT_END_JACOBIAN + 1] = {0};
     dt_end_first(s->z[DT_N], s->p[DT_N], y, jacobian);
     for (int i = 0; i < DT_END_D; ++i) {
       s->end_d[i] = jacobian[i];

@@ -71,7 +71,7 @@ static void dt_gains(real q[DT_NZ][DT_NZ], real factor[DT_NU][DT_NU], real gain[
 }
 
 static void dt_end_matrix(@NAME@_state* s, real p[DT_NX][DT_NX]) {
-  real w[DT_END_VALUES] = {(real)0};
+  real w[DT_END_VALUES] = {0};
   for (int j = 0; j < DT_END_SIDES; ++j) {
     dt_weigh(&s->end_side[j], 1);
     w[dt_end_side_entry[j]] += (dt_end_side_factor[j] * dt_end_side_factor[j]) * s->end_side[j].w;
@@ -95,7 +95,7 @@ static void dt_factorise(@NAME@_state* s) {
   dt_end_matrix(s, p);
   for (int i = 0; i < DT_N; ++i) {
     const int k = (DT_N - 1) - i;
-    real w[DT_VALUES] = {(real)0};
+    real w[DT_VALUES] = {0};
     real q[DT_NZ][DT_NZ];
     for (int a = 0; a < DT_NX; ++a) {
       real sum = (real)0;
@@ -125,7 +125,7 @@ static void dt_factorise(@NAME@_state* s) {
 static void dt_solve(@NAME@_state* s) {
   real p[DT_NX];
   {
-    real pull[DT_END_VALUES] = {(real)0};
+    real pull[DT_END_VALUES] = {0};
     for (int j = 0; j < DT_END_SIDES; ++j) {
       pull[dt_end_side_entry[j]] += dt_end_side_factor[j] * dt_pull(&s->end_side[j]);
     }
@@ -136,7 +136,7 @@ static void dt_solve(@NAME@_state* s) {
   }
   for (int i = 0; i < DT_N; ++i) {
     const int k = (DT_N - 1) - i;
-    real pull[DT_VALUES] = {(real)0};
+    real pull[DT_VALUES] = {0};
     real q[DT_NZ];
     for (int j = 0; j < DT_SIDES; ++j) {
       pull[dt_side_entry[j]] += dt_side_factor[j] * dt_pull(&s->side[k][j]);

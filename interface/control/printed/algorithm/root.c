@@ -9,7 +9,12 @@ static real dt_root(real a) {
   real result = (real)0;
   if (!(a == (real)0)) {
     dt_word w;
-    real y, s, split, high, low, left;
+    real y;
+    real s;
+    real split;
+    real high;
+    real low;
+    real left;
     w.value = a;
     w.bits = @MAGIC@ - (w.bits >> 1);
     y = w.value; /* of 1 / sqrt(a), to 4 % */

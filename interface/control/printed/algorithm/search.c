@@ -1,8 +1,10 @@
 /* ---- merit function ---- */
 
 typedef struct {
-  real cost, excess, gap; /* excess of soft sides and gaps between stages, in nominal values, summed */
-  real worst;             /* the largest of these */
+  real cost;
+  real excess; /* of soft sides, summed in nominal values */
+  real gap;    /* between stages, likewise */
+  real worst;  /* the largest of these */
 } dt_merit;
 
 static real dt_excess(real value) { return (value < (real)0) ? -value : (real)0; }
@@ -25,7 +27,8 @@ static dt_merit dt_measure(const @NAME@_state* s, real part) {
     next[i] = s->z[0][i] + (part * s->dz[0][i]);
   }
   for (int k = 0; k < DT_N; ++k) {
-    real y[DT_VALUE_Y], value[DT_VALUES];
+    real y[DT_VALUE_Y];
+    real value[DT_VALUES];
     for (int i = 0; i < DT_NZ; ++i) {
       value[i] = next[i];
     }
@@ -45,7 +48,8 @@ static dt_merit dt_measure(const @NAME@_state* s, real part) {
     }
   }
   {
-    real y[DT_END_VALUE_Y + 1], value[DT_END_VALUES];
+    real y[DT_END_VALUE_Y + 1];
+    real value[DT_END_VALUES];
     dt_end_value(next, s->p[DT_N], y);
     for (int i = 0; i < DT_NX; ++i) {
       value[i] = next[i];
@@ -63,7 +67,8 @@ static dt_merit dt_measure(const @NAME@_state* s, real part) {
 
 /* The change of cost and price that the quadratic model expects from dz. */
 static real dt_expected(const @NAME@_state* s) {
-  real sum = (real)0, excess = (real)0;
+  real sum = (real)0;
+  real excess = (real)0;
   for (int k = 0; k < DT_N; ++k) {
     real value[DT_VALUES];
     for (int i = 0; i < DT_NZ; ++i) {
@@ -111,7 +116,11 @@ static real dt_expected(const @NAME@_state* s) {
  * or 0 if none has a finite merit. */
 static real dt_line_search(@NAME@_state* s, dt_merit* now) {
   const real expected = dt_expected(s);
-  real before, fall, best = (real)0, part = (real)1, least = (real)0;
+  real before;
+  real fall;
+  real best = (real)0;
+  real part = (real)1;
+  real least = (real)0;
   dt_merit at_best = *now;
   if (expected > (((real)0.5 * s->gap_price) * now->gap)) {
     s->gap_price = dt_smaller(((real)2 * expected) / dt_larger(now->gap, DT_SMALL), DT_LARGEST_PRICE);

@@ -92,7 +92,8 @@ void @NAME@_init(@NAME@_state* s) {
     s->gap_price = (real)1;
     now = dt_measure(s, (real)0);
     for (int i = 0; i < DT_MOST_ITERATIONS; ++i) {
-      real change, part;
+      real change;
+      real part;
       int is_solved;
       if (i >= budget) {
         break;
