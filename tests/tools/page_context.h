@@ -12,6 +12,7 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/control/batch/ddp_batch.h>
 #include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/control/printed/controller.h>
 #include <dyntape/interface/control/problem/penalties.h>
 #include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
 #include <dyntape/interface/control/solve/ddp.h>

@@ -126,13 +126,20 @@ void print_lower(LoopText& out, const SparseRow& row, const std::string& s,
   }
 }
 
+bool is_plain_number(const std::string& text) {
+  return text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// An index moved by a number.
+std::string moved(std::size_t by, const std::string& index) {
+  if (is_plain_number(index)) return text_of(by + std::stoul(index));
+  return by == 0 ? index : text_of(by) + " + " + index;
+}
+
 std::string in_matrix(const std::string& i, const std::string& j) { return "q[" + i + "][" + j + "]"; }
 
 std::string in_rows(const std::string& i, const std::string& j) {
-  const auto is_number = [](const std::string& text) {
-    return text.find_first_not_of("0123456789") == std::string::npos;
-  };
-  if (is_number(i) && is_number(j)) {
+  if (is_plain_number(i) && is_plain_number(j)) {
     const std::size_t row = std::stoul(i);
     return "h[" + text_of(row * (row + 1) / 2 + std::stoul(j)) + "]";
   }
@@ -236,7 +243,7 @@ std::string print_transform(const std::string& name, const SparseRows& a) {
       for (const SparseRun& run : a.rows[first].runs) {
         out.loop("i", run.count, [&](const std::string& i) {
           const std::string column = plus(run.first, i);
-          out.open("for (int j = 0; j <= " + column + "; ++j)");
+          out.open("for (int j = 0; j <= (" + column + "); ++j)");
           out.add("q[" + column + "][j] += a[" + place(a.rows[first], in_row, s, i) + "] * m[" +
                   plus(first, s) + "][j];");
           out.close();
@@ -266,11 +273,10 @@ std::string print_cost(const std::string& name, const CostRows& rows) {
     for (SparseRow& row : a.rows) row.offset += a.offset;
     return a;
   };
-  for_entries(
-      out, at_offset(rows.squares),
-      [&](LoopText& lines, const std::string& row, const std::string& column, const std::string& at) {
-        lines.add("g[" + column + "] += a[" + at + "] * y[" + text_of(rows.value) + " + " + row + "];");
-      });
+  for_entries(out, at_offset(rows.squares),
+              [&](LoopText& lines, const std::string& row, const std::string& column, const std::string& at) {
+                lines.add("g[" + column + "] += a[" + at + "] * y[" + moved(rows.value, row) + "];");
+              });
   for_entries(out, at_offset(rows.plain),
               [](LoopText& lines, const std::string&, const std::string& column, const std::string& at) {
                 lines.add("g[" + column + "] += a[" + at + "];");

@@ -66,6 +66,7 @@ static void random_steps(int budget, int count) {
   put_number("budget ", budget);
   put_number("most ", (int32_t)most);
   put_number("interior ", interior);
+  put_number("last_interior ", state.interior_steps);
   put_number("not_finite ", trouble);
 }
 
