@@ -155,7 +155,7 @@ TEST(Interruption, WhileSolvingTheBestMotionIsWritten) {
   const auto begin = Clock::now();
   command.send(SIGINT);
   const Outcome outcome = command.wait();
-  EXPECT_LT(Clock::now() - begin, 1.5s);  // 0.2 s of processor time
+  EXPECT_LT(Clock::now() - begin, 3s);  // 0.2 s of processor time; 2 s seen beside four other processes
   EXPECT_EQ(outcome.status, 130) << outcome.err;
   const json report = json::parse(outcome.out);
   EXPECT_EQ(report["status"], "stopped");
@@ -176,7 +176,7 @@ TEST(Interruption, TheVerdictIsSaidOnce) {
   const Scratch scratch;
   const std::string task = scratch / "task.info";
   std::string text = slurp(config("tasks/cart_pole_swing_up.info"));
-  text.replace(text.find("intervals 40"), 12, "intervals 3000");
+  text.replace(text.find("intervals 40"), 12, "intervals 20000");
   text.replace(text.find("../robots"), 9, config("robots"));
   std::ofstream(task) << text;
   const Running command(scratch, {"solve", task});
