@@ -209,6 +209,17 @@ TEST(PrintedController, StaysFiniteFromAnywhere) {
   }
 }
 
+// A sensor that fails between two steps: the plan's control, within its limits.
+TEST(PrintedController, ControlsStayFiniteForStatesThatAreNot) {
+  ControllerLibrary mpc(cart_pole(), {.mesh = stepped(20)});
+  mpc.step(0, VectorXd::Zero(4), 5);
+  for (const double bad : std::initializer_list<double>{NAN, INFINITY, -INFINITY, 1e300}) {
+    const VectorXd u = mpc.control(0.01, VectorXd::Constant(4, bad));
+    EXPECT_TRUE(u.allFinite()) << bad;
+    EXPECT_LE(std::abs(u[0]), 20 * (1 + 1e-6)) << bad;
+  }
+}
+
 TEST(PrintedController, RefusesWhatItCannotPrint) {
   const auto message = [](const Problem& p, ControllerOptions o = {.mesh = stepped(10)}) {
     return message_of<ArgumentError>([&] { generate_controller(p, o); });

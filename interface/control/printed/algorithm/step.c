@@ -24,6 +24,18 @@ static void dt_shift(@NAME@_state* s, real t) {
   }
 }
 
+/* Moves the controls of the plan to within their limits, which may have changed. */
+static void dt_hold_controls(@NAME@_state* s) {
+  for (int k = 0; k < DT_N; ++k) {
+    for (int j = 0; j < DT_HARD; ++j) {
+      const int e = dt_side_entry[j];
+      if (((s->z[k][e] - s->bound[j]) * dt_side_factor[j]) < (real)0) {
+        s->z[k][e] = s->bound[j];
+      }
+    }
+  }
+}
+
 /* ---- what callers see ---- */
 
 static void dt_forget_gains(@NAME@_state* s) {
@@ -76,6 +88,12 @@ void @NAME@_init(@NAME@_state* s) {
   for (int i = 0; i < DT_NX; ++i) {
     sum += x[i];
   }
+  for (int j = 0; j < DT_SIDES; ++j) {
+    sum += s->bound[j];
+  }
+  for (int j = 0; j < DT_END_SIDES; ++j) {
+    sum += s->end_bound[j];
+  }
   s->iterations = 0;
   s->interior_steps = 0;
   if (dt_is_finite(sum) == 0) {
@@ -88,6 +106,7 @@ void @NAME@_init(@NAME@_state* s) {
     for (int i = 0; i < DT_NX; ++i) {
       s->z[0][i] = x[i];
     }
+    dt_hold_controls(s);
     s->begin = t;
     s->gap_price = (real)1;
     now = dt_measure(s, (real)0);
@@ -142,6 +161,9 @@ void @NAME@_control(const @NAME@_state* s, real t, const real x[@NX@], real u[@N
     u[b] = s->z[k][DT_NX + b];
     for (int i = 0; i < DT_NX; ++i) {
       u[b] += s->gain[k][b][i] * off[i];
+    }
+    if (dt_is_finite(u[b]) == 0) {
+      u[b] = s->z[k][DT_NX + b];
     }
   }
   for (int j = 0; j < DT_HARD; ++j) {
