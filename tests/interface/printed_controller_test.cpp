@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <random>
 #include <regex>
@@ -11,6 +12,8 @@
 #include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/codegen/pipeline.h>
 #include <dyntape/interface/control/mpc/receding_horizon.h>
 #include <dyntape/interface/control/printed/controller.h>
 #include <dyntape/interface/control/printed/controller_library.h>
@@ -207,6 +210,53 @@ TEST(PrintedController, StaysFiniteFromAnywhere) {
     }
     EXPECT_EQ(not_finite, 0);
   }
+}
+
+// A program that changes limits between steps.  Returns 0 if each plan is solved with the given first control.
+constexpr char kChangesLimits[] = R"(#include "lift.h"
+static lift_state s;
+static int goes_wrong(double lower, double upper, double control) {
+  const double x[2] = {0, 0};
+  double u[1], off;
+  s.bound[0] = lower;
+  s.bound[1] = upper;
+  if (lift_step(&s, x, 0, 4) != LIFT_SOLVED) return 1;
+  lift_control(&s, 0, x, u);
+  off = u[0] - control;
+  return off > 1e-3 || off < -1e-3;
+}
+int main(void) {
+  const double x[2] = {0, 0};
+  double u[1];
+  lift_init(&s);
+  if (goes_wrong(0, 20, 20)) return 1;
+  if (goes_wrong(0, 12, 12)) return 2;
+  if (goes_wrong(9.5, 12, 12)) return 3;
+  if (goes_wrong(0, 20, 20)) return 4;
+  s.bound[1] = 1e300 * 1e300;
+  if (lift_step(&s, x, 0, 4) != LIFT_NOT_FINITE) return 5;
+  s.bound[1] = 20;
+  lift_control(&s, 0, x, u);
+  return u[0] > 20 || u[0] < 0 ? 6 : 0;
+}
+)";
+
+TEST(PrintedController, FollowsLimitsThatChange) {
+  Problem p("lift", {"z", "v"}, {"u"}, 1.0, [](const auto& s) { return vector(s.x[1], s.u[0] - 9.81); });
+  p.add(running_squares("height", [](const auto& s) { return vector(3.0 * (s.x[0] - 1.0)); }));
+  p.add(
+      running_squares("effort", [](const auto& s) { return (0.1 * (s.u.array() - 9.81)).matrix().eval(); }));
+  p.start << 0, 0;
+  p.u.lower << 0;
+  p.u.upper << 20;
+  std::string folder = (std::filesystem::temp_directory_path() / "dyntape_lift_XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  write_source(generate_controller(p, {.mesh = stepped(5)}).source, folder);
+  write_file_atomically(folder + "/main.c", kChangesLimits);
+  EXPECT_EQ(std::system(("cd " + folder + " && cc -std=c99 -O2 main.c lift.c -o lift").c_str()), 0);
+  const int status = std::system((folder + "/lift").c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  std::filesystem::remove_all(folder);
 }
 
 // A sensor that fails between two steps: the plan's control, within its limits.
