@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Elementary functions of packs: sine and cosine of own_sines.h, the others SLEEF's deterministic ones (N. Shibata, F. Petrogalli,
-// SLEEF: A Portable Vectorized Library of C Standard Mathematical Functions, IEEE TPDS 2020), which have the same bits in 1, 2, 4
-// and 8 lanes on any processor.  This unit uses the widest registers that it is compiled for.
+// Elementary functions of packs: sine and cosine of own_sines.h, the others SLEEF's deterministic ones (N. Shibata,
+// F. Petrogalli, SLEEF: A Portable Vectorized Library of C Standard Mathematical Functions, IEEE TPDS 2020), which
+// have the same bits in 1, 2, 4 and 8 lanes on any processor.  This unit uses the widest registers that it is
+// compiled for.
 #include <array>
 
 #include <dyntape/autodiff/own_sines.h>

@@ -35,7 +35,8 @@ struct Posture {
 Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand& stand);
 
 // Searches a configuration with these feet over all joints within their limits: from `q`, then from random ones near it and
-// anywhere within the limits.  For any robot.  The result is the nearest one found; its `off` does not prove that no other is nearer.
+// anywhere within the limits.  For any robot.  The result is the nearest one found; its `off` does not prove that no
+// other is nearer.
 Posture reaching(const RobotScene& scene, const Eigen::VectorXd& q,
                  const std::vector<std::pair<std::string, Eigen::Vector3d>>& feet);
 
@@ -49,8 +50,8 @@ std::string missed_feet(const RobotScene& scene, const Eigen::VectorXd& q,
 std::string below_floor(const std::string& frame, const Eigen::Vector3d& foothold, double floor,
                         const std::string& what = "foothold");
 
-// The sum of the distances (m) between the origins of the joints from the root to a frame: no configuration stretches the limb further, but for
-// prismatic joints.
+// The sum of the distances (m) between the origins of the joints from the root to a frame: no configuration stretches
+// the limb further, but for prismatic joints.
 double limb_length(const dynamics::Model<double>& model, const std::string& frame);
 
 // A sentence, in N m or N, on motors that cannot hold the robot at rest in the state x of its problem, with the forces of its

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Footholds and swings of task files: what is below the floor or out of reach is told before the solve and by the verdict, swings keep their
-// clearance between the points of the mesh, and pictures show the ground that feet stand on.
+// Footholds and swings of task files: what is below the floor or out of reach is told before the solve and by the
+// verdict, swings keep their clearance between the points of the mesh, and pictures show the ground that feet stand
+// on.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -99,7 +99,8 @@ SolveReport watched(const Task& task, SolveDisplay& display, const Interruption&
   }
 }
 
-// The report in words begins with the verdict.  It is repeated below it for a failure, not for an interruption, which the user knows of.
+// The report in words begins with the verdict.  It is repeated below it for a failure, not for an interruption, which
+// the user knows of.
 void print_trouble(const Task& task, const SolveReport& report, bool json) {
   if (!report.success()) {
     if (json || !report.interrupted) std::cerr << "dyntape: " << report.verdict() << "\n";

@@ -57,8 +57,8 @@ struct Term {
   double share = 0;                        // of an instant: 0 (start) to 1 (end)
   // Optional, for a plain cost: residuals c whose Jacobian J gives the Gauss-Newton curvature 2 J^T J.
   StageFunction curvature = {};
-  // Optional, of an inequality along a motion: the excess between points is relative to this length, in the unit of r; 0: passings.h
-  // derives one.
+  // Optional, of an inequality along a motion: the excess between points is relative to this length, in the unit of
+  // r; 0: passings.h derives one.
   double length = 0;
 };
 

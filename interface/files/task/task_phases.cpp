@@ -119,8 +119,8 @@ double floor_of(const Task& task) {
   return lowest;
 }
 
-// The highest points of swings that no configuration reaches while the other contacts hold.  Without any the robot may fly: only if its limb and
-// the height of a flight of this duration are too short.
+// The highest points of swings that no configuration reaches while the other contacts hold.  Without any the robot
+// may fly: only if its limb and the height of a flight of this duration are too short.
 void add_unmet_clearances(const Task& task, std::size_t k, const std::vector<HeldContact>& contacts,
                           const VectorXd& q, std::vector<std::string>& sentences) {
   constexpr double kHalf = 0.5, kOfFlight = 1. / 8;

@@ -177,8 +177,8 @@ class LanesRoute final : public RobotPath {
       phase_.store(Phase::kPacks, std::memory_order_release);
   }
 
-  // Inputs whose products do not overflow, and quaternions and pairs (cos, sin) that are no zeros: the plain code divides by their
-  // norms even where a turn has no effect.
+  // Inputs whose products do not overflow, and quaternions and pairs (cos, sin) that are no zeros: the plain code
+  // divides by their norms even where a turn has no effect.
   bool are_tame(const double* x, std::size_t states) const {
     constexpr double kLeast = 1e-100;  // of a squared norm
     bool are_turns = true;
@@ -192,8 +192,8 @@ class LanesRoute final : public RobotPath {
     }
     return are_turns && are_at_most(kLargest, x, states * n_in);
   }
-  // Whether all magnitudes are at most `most`, and none is NaN: by their bits, two at once, which takes 0.17 ns per number.  A larger one
-  // turns the sign of the difference.
+  // Whether all magnitudes are at most `most`, and none is NaN: by their bits, two at once, which takes 0.17 ns per
+  // number.  A larger one turns the sign of the difference.
   static bool are_at_most(double most, const double* y, std::size_t n) {
     using Word = std::uint64_t;
     typedef Word Words __attribute__((vector_size(2 * sizeof(Word))));

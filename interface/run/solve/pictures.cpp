@@ -183,8 +183,9 @@ void add_sliders(io::Motion& picture, const std::vector<Slider>& sliders) {
   }
 }
 
-// The ground that feet stand on at other heights than the floor.  A task says where feet land, not how large the ground there is: a box reaches
-// a little beyond the footholds of its height, and at most halfway to those of other heights.
+// The ground that feet stand on at other heights than the floor.  A task says where feet land, not how large the
+// ground there is: a box reaches a little beyond the footholds of its height, and at most halfway to those of other
+// heights.
 struct GroundStep {
   std::string name;
   dynamics::Visual box;  // of the world, from the floor to the feet

@@ -40,7 +40,8 @@ std::vector<LimitExcess> sunken(const Task& task, const Solution& solution) {
   return excesses;
 }
 
-// The worst of all phases for each joint and quantity, then footholds below the floor.  Violations of the task's rows between points count too.
+// The worst of all phases for each joint and quantity, then footholds below the floor.  Violations of the task's rows
+// between points count too.
 std::vector<LimitExcess> excesses_of(const Task& task, const Solution& solution) {
   std::vector<LimitExcess> all;
   const std::vector<const Task*> parts = parts_of(task);
