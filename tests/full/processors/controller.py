@@ -39,8 +39,8 @@ def numbers(output, name):
 class Controller:
     def __init__(self, dyntape, source, work, task, scalar):
         self.folder = work / task / scalar
-        self.harness = source / 'tests/full/processors/controller'
-        self.linker = source / 'tests/full/processors/embedded/cortex_m7.ld'
+        self.steps = source / 'tests/full/processors/controller/steps.c'
+        self.target = source / 'tests/full/processors/target'
         self.report = json.loads(run([dyntape, 'generate', source / f'config/control/{task}.info', '--controller',
                                       self.folder, '--json', *(['--float'] if scalar == 'float' else [])]))
         self.text = pathlib.Path(self.report['files'][0])
@@ -49,7 +49,7 @@ class Controller:
     def defines(self, loop, steps):
         r = self.report
         return [f'-DTEXT="{self.text.name}"', f'-DNAME={r["name"]}', f'-DSTATES={r["states"]}', f'-DCONTROLS={r["controls"]}',
-                f'-DREAL={self.scalar}', f'-DLOOP={loop}', f'-DSTEPS={steps}', '-DBUDGETS=2', '-I', self.folder, '-I', self.harness]
+                f'-DREAL={self.scalar}', f'-DLOOP={loop}', f'-DSTEPS={steps}', '-DBUDGETS=2', '-I', self.folder, '-I', self.target]
 
     def objects(self):
         """The text by itself, with every warning an error; bytes of code and constants, and symbols that are missing."""
@@ -64,13 +64,13 @@ class Controller:
 
     def on_host(self, loop):
         program = self.folder / 'host'
-        run(['gcc', *FLAGS[:3], *self.defines(loop, 0), self.harness / 'steps.c', self.harness / 'hosted.c', '-o', program])
+        run(['gcc', *FLAGS[:3], *self.defines(loop, 0), self.steps, self.target / 'hosted.c', '-o', program])
         return run([program])
 
     def on_target(self, name, flags, board, loop, steps):
         program = self.folder / name
-        run(['arm-none-eabi-gcc', *flags, *FLAGS[:3], '-ffreestanding', '-nostdlib', '-T', self.linker,
-             *self.defines(loop, steps), self.harness / 'steps.c', self.harness / 'cortex.c', '-o', program, '-lgcc', '-lc'])
+        run(['arm-none-eabi-gcc', *flags, *FLAGS[:3], '-ffreestanding', '-nostdlib', '-T', self.target / 'cortex_m7.ld',
+             *self.defines(loop, steps), self.steps, self.target / 'cortex.c', '-o', program, '-lgcc', '-lc'])
         return run(['qemu-system-arm', '-M', board, '-display', 'none', '-monitor', 'none', '-serial', 'none', '-icount',
                     'shift=0', '-semihosting-config', 'enable=on,target=native', '-kernel', program], 1500)
 

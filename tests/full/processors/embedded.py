@@ -63,7 +63,8 @@ class Case:
         self.function, self.variant = function, variant
         self.folder = work / function / variant
         self.folder.mkdir(parents=True, exist_ok=True)
-        self.harness = source / 'tests/full/processors/embedded'
+        self.harness = source / 'tests/full/processors/embedded/harness.c'
+        self.target = source / 'tests/full/processors/target'
         self.report = json.loads(
             run([dyntape, 'generate', source / 'config/robots/panda.urdf', '--lock',
                  'panda_finger_joint1,panda_finger_joint2', '--function', function, '--order', order, '--output',
@@ -83,8 +84,8 @@ class Case:
         text = pathlib.Path(self.report['files'][0])
         flags = banner_flags(text.read_text())
         program = self.folder / pathlib.Path(compiler[0]).name
-        run([*compiler, *flags, '-std=c99', '-Wall', '-Wextra', '-Werror', '-I', self.folder, '-I', self.harness,
-             *self.defines, self.harness / 'harness.c', self.harness / target, text, '-o', program, *more])
+        run([*compiler, *flags, '-std=c99', '-Wall', '-Wextra', '-Werror', '-I', self.folder, '-I', self.target,
+             *self.defines, self.harness, self.target / target, text, '-o', program, *more])
         return program
 
     def results(self):
@@ -93,7 +94,7 @@ class Case:
         arm64 = self.compile(['aarch64-linux-gnu-gcc', '-O2'], 'hosted.c', ['-lm'])
         # With sin and cos of its own the text needs nothing of the C library at all.
         libraries = ['-lm', '-lc', '-lgcc', '-lnosys'] if self.variant == 'libm' else ['-lgcc']
-        m7 = self.compile(M7 + ['-ffreestanding', '-nostdlib', '-T', self.harness / 'cortex_m7.ld'], 'cortex_m7.c',
+        m7 = self.compile(M7 + ['-ffreestanding', '-nostdlib', '-T', self.target / 'cortex_m7.ld'], 'cortex.c',
                           libraries)
         return {'host': run([host]), 'aarch64': run(['qemu-aarch64', '-L', '/usr/aarch64-linux-gnu', arm64]),
                 'cortex-m7': run(['qemu-system-arm', '-M', 'mps2-an500', '-display', 'none', '-monitor', 'none',

@@ -3,7 +3,7 @@
 // Runs an embedded function at the states of states.h and prints the bits of every result as of a double.
 //   -DHEADER='"panda_rnea.h"' -DFUNCTION=panda_rnea_value -DREAL=double -DN_X=21 -DN_Y=7 -DN_JACOBIAN=0
 #include HEADER
-#include "harness.h"
+#include "target.h"
 #include "states.h"
 
 static void put_bits(double number) {
