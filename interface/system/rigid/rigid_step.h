@@ -5,7 +5,6 @@
 //
 //   Stepper stepper(system_of(scene), integrator, options, RigidStepper::needs_jacobians(integrator));
 //   RigidStepper rigid(scene, stepper, integrator, options);
-//   rigid.start(x);                                          // ArgumentError where something is below its ground
 //   rigid.start(x);                                          // ArgumentError if a contact penetrates
 //   std::string why;
 //   if (!rigid.step(t, h, x, u, next, &why)) ...
