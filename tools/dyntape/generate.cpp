@@ -60,7 +60,7 @@ codegen::StackUse stack_of(const codegen::EmbeddedSource& embedded, const std::s
 // A slip of --order makes a text of hundreds of megabytes, and a compiler of gigabytes.
 constexpr std::size_t kLargestText = 20'000'000;
 
-// Says how large the text is, and refuses one that nobody meant, before anything is written or compiled.
+// Prints how large the text is and refuses an unexpectedly large one, before anything is written or compiled.
 void check_size(const GenerateOptions& options, const codegen::Source& source) {
   const std::size_t bytes = source.text.size() + source.header.size();
   const std::string size = source.name + ": " +

@@ -212,7 +212,7 @@ TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, c
   for (const std::string& name : contacts)
     if (model && !name.empty() && lands.has(name))
       p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt, metres()));
-  // The contacts are not known if the robot or their names are wrong, which is told already.
+  // The contacts are not known if the robot or their names are wrong, which is reported already.
   if (const bool are_known = model && !lands.has_problems(); !are_known)
     for (const std::string& name : lands.keys())
       if (!model || !contains(contacts, name)) read_vector3(lands, name, std::nullopt, metres());

@@ -305,7 +305,7 @@ void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem)
       "limited_memory Hessian.\n"
       "    If a method gets stuck, the other one tries; `solution.method` tells which one found the motion.\n"
       "compile: machine code at once, and compiled C as soon as it is there.  False: interprets.\n"
-      "progress: is told in words how far the solve is.  Ctrl-C stops it.\n\n"
+      "progress: is called with a sentence on how far the solve is.  Ctrl-C stops it.\n\n"
       "Raises ArgumentError where the problem does not fit together, NumericalError where functions are not "
       "finite at\n"
       "the start.  A solve that fails is no error: see `success` and `verdict`.");
