@@ -12,7 +12,7 @@
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/run/rollout/policy_rollout.h>
-#include <dyntape/interface/system/scene_system.h>
+#include <dyntape/interface/system/rigid/robot_stepper.h>
 #include "interface/message_of.h"
 #include "source_folder.h"
 
@@ -29,7 +29,7 @@ Scene scene_of(const std::string& name) {
   return scene;
 }
 
-VectorXd start_of(const Scene& scene) {
+VectorXd state_at_start(const Scene& scene) {
   VectorXd x(scene.q.size() + scene.v.size());
   x << scene.q, scene.v;
   return x;
@@ -53,7 +53,7 @@ struct Case {
   Index worlds;
   MatrixXd x0, p;
 
-  explicit Case(Index n) : worlds(n), x0(start_of(scene).replicate(1, n)), p(5, n) {
+  explicit Case(Index n) : worlds(n), x0(state_at_start(scene).replicate(1, n)), p(5, n) {
     std::mt19937_64 random(4);
     std::uniform_real_distribution<double> unit(0, 1);
     for (Index k = 0; k < n; ++k) {
@@ -160,7 +160,38 @@ TEST(PolicyRollout, SaysWhatDoesNotFit) {
   EXPECT_NE(
       message([&] { PolicyRollout(of.scene, small); }).find("policy \"small\" takes 2 values and returns 2"),
       std::string::npos);
-  EXPECT_NE(message([&] { PolicyRollout(scene_of("dropped_box"), small); }).find("rigid contacts"),
+}
+
+// Each world is the motion of its scene, whatever others there are; what starts below its ground is refused.
+TEST(PolicyRollout, RigidContactsMoveAsInTheirScene) {
+  Scene scene = scene_of("tumbling_box");
+  scene.step = 2e-3;
+  constexpr int kSteps = 200;
+  const Function nothing =
+      record("nothing", 13, 0, [](const VectorXad&, const VectorXad&) { return VectorXad(0); });
+  PolicyRollout rollout(scene, nothing);
+  MatrixXd x0 = state_at_start(scene).replicate(1, 3);
+  x0(2, 1) = 0.35, x0(2, 2) = 0.4;
+  const PolicyMotions motions = rollout.run(x0, {}, kSteps);
+  RobotStepper motion(scene.robot, scene.integrator, scene.evaluation);
+  for (Index world = 0; world < 3; ++world) {
+    motion.start(x0.col(world));
+    long impacts = 0;
+    for (int k = 0; k < kSteps; ++k) {
+      ASSERT_TRUE(motion.step({k, k * scene.step, scene.step}, VectorXd(0))) << motion.why();
+      motion.advance();
+      impacts += long(motion.rigid()->impacts().size());
+      ASSERT_TRUE((motions.of_world(world).col(k).array() == motion.x().array()).all()) << world << ", " << k;
+    }
+    EXPECT_GT(impacts, 0);
+  }
+  x0(2, 1) = 0;
+  const auto message = [](const std::function<void()>& act) { return message_of<ArgumentError>(act); };
+  EXPECT_NE(message([&] { rollout.run(x0, {}, kSteps); }).find("below its ground"), std::string::npos);
+  const auto ones = [](Index, const auto&, MatrixXd& weights) { weights.setOnes(); };
+  EXPECT_NE(message([&] {
+              rollout.gradient(x0, {}, kSteps, ones);
+            }).find("has rigid contacts or hard limits, whose impacts have no derivatives here"),
             std::string::npos);
 }
 

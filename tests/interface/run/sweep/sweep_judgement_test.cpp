@@ -91,5 +91,22 @@ TEST(Sweeps, JudgeStiffnessOnTheWay) {
       all);
 }
 
+// Contacts that steps pass by too much.
+TEST(Sweeps, JudgeRigidContactsAsSimulateDoes) {
+  Judged all;
+  for (const char* integrator : {"runge-kutta-4", "semi-implicit-euler", "implicit-midpoint"}) {
+    for (double step : {0.002, 0.02}) {
+      const MadeScene made(scene_text(
+          "double_pendulum",
+          "constraints\n{\ncontacts\n{\ncontact\n{\nframes tip\noffset -1.8\nfriction 0.2\n}\n}\n}\n",
+          integrator, step));
+      expect_the_same_verdicts(
+          made.sweep(block("vary", value("parameter start.q\nspread grid\nfrom 0.5\nto 2.5\nsteps 3"))), all);
+    }
+  }
+  EXPECT_GT(all.failed, 0);
+  EXPECT_LT(all.failed, all.rows);
+}
+
 }  // namespace
 }  // namespace dyntape::sweep_judgement_test

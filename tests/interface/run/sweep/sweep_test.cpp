@@ -108,6 +108,56 @@ TEST(Sweeps, RowsAreWhatSimulateMakesOfTheirScenes) {
   }
 }
 
+// Impacts, contacts that close, and stops, with masses that vary; by explicit and implicit steps.
+TEST(Sweeps, RigidContactsAndStopsMoveAsInTheirScenes) {
+  for (const char* integrator : {"runge-kutta-4", "semi-implicit-euler", "implicit-velocity"}) {
+    const std::string end =
+        std::string("simulation\n{\nduration 0.6\nstep 2e-3\nintegrator ") + integrator + "\n}\n";
+    const MadeScene box(
+        "robot\n{\nurdf \"" + kSource + "/config/robots/box.urdf\"\nbase floating\n}\n" +
+        "constraints\n{\ncontacts\n{\ncontact\n{\nframes \"corner_1 corner_2 corner_3 corner_4\"\n" +
+        "friction 0.5\nrestitution 0.3\n}\n}\n}\nstart\n{\nbase\n{\nposition \"0 0 0.2\"\n" +
+        "velocity \"0.5 0 0\"\nangular_velocity \"0 1 2\"\n}\n}\n" + end);
+    expect_rows_of_scenes(
+        box.sweep("samples 3\n" +
+                  block("vary", value("parameter start.base.position\naxis z\nfrom 0.2\nto 0.4") +
+                                    value("parameter robot.mass:box\nfrom 1\nto 3"))),
+        0, 3);
+    const MadeScene cart(
+        "robot\n{\nurdf \"" + kSource + "/config/robots/cart_pole.urdf\"\n}\n" +
+        "constraints\n{\nlimits\n{\nrestitution 0.5\n}\n}\nstart\n{\nq \"1.8 0.3\"\nv \"2 0\"\n}\n" + end);
+    expect_rows_of_scenes(
+        cart.sweep("samples 3\n" + block("vary", value("parameter robot.mass:pole\nfrom 0.1\nto 1"))), 0, 3);
+  }
+}
+
+TEST(Sweeps, ASampleThatStartsBelowItsGroundFailsAlone) {
+  const MadeScene made("robot\n{\nurdf \"" + kSource + "/config/robots/ball.urdf\"\nbase floating\n}\n" +
+                       "constraints\n{\ncontacts\n{\ncontact\n{\nframes ball\nradius 0.1\n}\n}\n}\n" +
+                       "simulation\n{\nduration 0.1\n}\n");
+  const SceneSweep sweep = made.sweep(
+      block("vary", value("parameter start.base.position\naxis z\nspread grid\nfrom 0\nto 0.4\nsteps 3")));
+  const ComputedRows rows = computed(sweep, 0, 3);
+  const io::CsvTable table = table_of(sweep, rows);
+  EXPECT_EQ(table(0, table.index("ok")), 0);
+  EXPECT_EQ(table(1, table.index("ok")), 1);
+  EXPECT_EQ(table(2, table.index("ok")), 1);
+  ASSERT_EQ(rows.failures.size(), 1u);
+  EXPECT_NE(rows.failures[0].find("the contact at 'ball' is 0.1 m below its ground"), std::string::npos)
+      << rows.failures[0];
+}
+
+TEST(Sweeps, RefuseLoops) {
+  try {
+    sweep_of("scene ../scenes/four_bar.info\n" + block("vary", value("parameter start.q\nfrom 0\nto 1")));
+    FAIL() << "loops are swept";
+  } catch (const FileError& e) {
+    EXPECT_NE(std::string(e.what()).find("'../scenes/four_bar.info' has loops, which only simulate knows"),
+              std::string::npos)
+        << e.what();
+  }
+}
+
 TEST(Sweeps, ThreadsLanesAndNeighboursChangeNoBit) {
   SceneSweep sweep = shipped_sweep("tests/bench/quadruped_sweep.info");
   sweep.scene.duration = 0.05;
