@@ -346,7 +346,7 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
       "back:\n"
       "x (worlds, steps, nx), (worlds, nt), (worlds, steps, nu).  With a policy the last is by its "
       "parameters,\n"
-      "(worlds, n_p); those that all worlds share have the sum of these as their slope.\n\n"
+      "(worlds, n_p); the slope of a shared parameter is the sum over the worlds.\n\n"
       "weights: (worlds, steps, nt), by default zero, slopes of a cost by the states, along the tangent "
       "where q has more "
       "entries than v.\n"

@@ -174,6 +174,20 @@ TEST_F(Picture, a_name_that_is_longer_than_the_picture_ends_inside) {
     EXPECT_LE(text.left() + 0.9 * text.width(), plot.width) << text.text;
 }
 
+// A long name of a limit made its panel narrower than those above and below.
+TEST_F(Picture, panels_below_each_other_have_their_times_in_line) {
+  Plot plot{.columns = 1, .width = 700};
+  for (const char* limit : {"", "limit of a joint with a long name", "limit"}) {
+    plot.panels.push_back({.series = {{.x = {0, 6}, .y = {0, 1}}}});
+    if (*limit) plot.panels.back().horizontal = {{0.5, limit}};
+  }
+  std::map<std::string, std::set<double>> columns;
+  for (const Text& text : texts_of(drawn(plot)))
+    if (text.anchor == "middle") columns[text.text].insert(text.x);
+  EXPECT_EQ(columns["0"].size(), 1u);
+  EXPECT_EQ(columns["6"].size(), 1u);
+}
+
 // The last panel of a sweep has bars from -0.17 to 0.24: numbers of five letters each twentieth.
 TEST_F(Picture, numbers_along_an_axis_do_not_meet) {
   std::mt19937 random(7);

@@ -330,9 +330,25 @@ class Reference {
   }
   T one_over_products() const { return T(products_ > 0 ? 1 / double(products_) : 0); }
 
+  void begin_cold() {
+    for (int k = 0; k <= n_; ++k) {
+      dz_[std::size_t(k)].assign(std::size_t(n_z_), T(0));
+      for (std::size_t j = 0; j < sides(k).size(); ++j) {
+        Side& s = sides(k)[j];
+        s.begin(k_, s.b, k_.mu_cold, is_soft(j, k == n_)), s.d = {};
+      }
+    }
+  }
+
   bool quadratic_program() {
     T left = T(1), mean = moves(T(0));
+    bool is_warm = mu_ < k_.mu_cold, is_blocked = false;
     for (int i = 0; i < k_.interior_steps; ++i) {
+      if (is_blocked) {
+        begin_cold();
+        left = T(1), mean = moves(T(0)), is_warm = is_blocked = false;
+        continue;
+      }
       factorise();
       solve();
       Barrier b = changes();
@@ -354,6 +370,7 @@ class Reference {
       }
       left -= left * b.part;
       ++interior_steps;
+      is_blocked = is_warm && b.part < k_.shortest;
       if (left > k_.left || mean > T(2) * k_.mu_end) continue;
       mu_ = k_.mu_warm;
       return true;
@@ -410,7 +427,8 @@ class Reference {
 
   T line_search(Merit& now) {
     const T e = expected();
-    if (e > T(0.5) * gap_price_ * now.gap)
+    const T precision = T(double(k_.mu_end) * double(products_));
+    if (e - precision > T(0.5) * gap_price_ * now.gap)
       gap_price_ = smaller(T(2) * e / larger(now.gap, k_.small), k_.largest_price);
     const T before = now.cost + k_.price * now.excess + gap_price_ * now.gap, fall = e - gap_price_ * now.gap;
     T best = T(0), part = T(1), least = T(0);
@@ -420,7 +438,7 @@ class Reference {
       const T merit = m.cost + k_.price * m.excess + gap_price_ * m.gap;
       if (!is_finite(merit) || (best != T(0) && !(merit < least))) continue;
       best = part, least = merit, at_best = m;
-      if (merit <= before + T(1e-4) * part * fall + k_.rounding * size(before)) break;
+      if (merit <= before + T(1e-4) * part * fall + (precision + k_.rounding * size(before))) break;
     }
     now = at_best;
     for (int k = 0; k <= n_; ++k) {
