@@ -32,7 +32,7 @@ class CasadiProgram {
   const CompiledFunction compiled_;
   const std::vector<CasadiFunction> functions_;
   mutable std::mutex mutex_;
-  mutable std::vector<std::unique_ptr<Room>> rooms_;  // that nobody evaluates in
+  mutable std::vector<std::unique_ptr<Room>> rooms_;  // not in use by an evaluation
 };
 
 }  // namespace dyntape::codegen

@@ -91,12 +91,15 @@ void compile_casadi(const codegen::Source& source, const std::string& library,
 std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder,
                                       const std::string& suffix) {
   std::vector<std::string> paths;
+  std::vector<const std::string*> texts;
   for (const auto& [end, text] :
        {std::pair(suffix, &source.text), std::pair(std::string(".h"), &source.header)}) {
     if (text->empty()) continue;
+    texts.push_back(text);
     paths.push_back((folder.empty() ? "" : folder + "/") + source.name + end);  // "": the current folder
-    write_file_atomically(paths.back(), *text);
   }
+  for (const std::string& path : paths) check_can_write(path);
+  for (std::size_t i = 0; i < paths.size(); ++i) write_file_atomically(paths[i], *texts[i]);
   return paths;
 }
 

@@ -65,7 +65,7 @@ auto unless_unavailable(const CodegenOptions& options, Stage&& stage) -> decltyp
   }
 }
 
-// Between stages: a derivation or a text that nobody waits for any more is not begun.
+// Between stages: a derivation or text whose caller is gone is not begun.
 void check_stop(const Product& product, const CodegenOptions& options) {
   if (options.stop.stop_requested())
     throw ToolError("the compilation of \"" + product.function.name + "\" was interrupted");

@@ -67,7 +67,7 @@ def times(log, lines_before, start):
     whole = time.time() - start
     with open(log) as file:
         lines = file.read().splitlines()
-    # A log that was rewritten is shorter than before; then all that is in it is told.
+    # A log that was rewritten is shorter than before; then all of its lines are new.
     new = lines[lines_before:] if len(lines) > lines_before else lines[1:] if len(lines) < lines_before else []
     seconds = {}
     for line in new:

@@ -34,7 +34,7 @@ def fail(text):
 def tests_of(folder):
     """Names of the tests of a folder: Suite.Name, and those that CMake adds by name."""
     names = set()
-    for path in (TESTS / folder).glob('*.cpp'):
+    for path in (TESTS / folder).rglob('*.cpp'):
         names.update('.'.join(match) for match in MACRO.findall(path.read_text()))
     for lists in (TESTS / folder).rglob('CMakeLists.txt'):
         names.update(re.findall(r'add_test\(NAME (\w+)', lists.read_text()))

@@ -124,6 +124,7 @@ TABLE_READERS = {'autodiff/graph/op.h', 'autodiff/derive/expr.h', 'autodiff/reco
 UNGUARDED = ('autodiff/scalars/sines', 'interface/cppad/bases/instantiate', 'tests/golden/')  # included several times; printed
 MOST_LINES = 500
 MOST_FILES = 24  # side by side
+SCRATCH = ('__pycache__', '.pytest_cache')  # not in the tree
 WIDE = {'interface/python': 32, 'dynamics/algorithms': 38, 'dynamics/effects': 30, 'tools/dyntape': 32}  # a subject, a part, an effect, a command: two files each
 # Cycles of units by definition, each with its reason.
 CYCLES = {
@@ -244,8 +245,12 @@ def main():
     for room in ROOMS:
         if '--rooms' in sys.argv:
             print(f'{room:28} {files[room]:3} files, {lines_of[room]:5} lines')
-        if not room.startswith('tests') and files[room] > WIDE.get(room, MOST_FILES):
+        if room != 'tests' and files[room] > WIDE.get(room, MOST_FILES):
             problems.append(f'{room}: {files[room]} files side by side, the limit is {WIDE.get(room, MOST_FILES)}')
+    for folder in [path for path in sorted((ROOT / 'tests').rglob('*')) if path.is_dir() and path.name not in SCRATCH]:
+        count = sum(path.is_file() for path in folder.iterdir())
+        if count > MOST_FILES:
+            problems.append(f'{folder.relative_to(ROOT).as_posix()}: {count} files side by side, the limit is {MOST_FILES}')
     problems += [f'cycle of units: {", ".join(cycle)}' for cycle in cycles(units) if tuple(cycle) not in CYCLES]
     for problem in problems:
         print(problem)

@@ -20,7 +20,7 @@ namespace dyntape {
 
 enum class Functions { kSines, kLibm, kPortable };
 
-// What every route takes unless it is told otherwise.
+// The default of every route.
 inline constexpr Functions kDefaultFunctions = Functions::kSines;
 
 // The functions of the operator table that differ between them: name, and the accuracy that SLEEF names them

@@ -315,7 +315,7 @@ class Assembly {
     encode_->operate(op, to, places);
   }
 
-  // That of the third argument, if nobody needs it any more, or one of which no argument is read.
+  // The third argument's, if this is its last use; otherwise one that no argument is read from.
   int apart(NodeId id, const std::array<NodeId, 3>& a, std::uint32_t kept) {
     const bool is_last = !uses_.is_used_behind(a[2], id) && register_of_[a[2]] != kNone;
     if (is_last && a[2] != a[0] && a[2] != a[1]) return int(register_of_[a[2]]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The functions that machine code calls: those that the interpreter evaluates by, so that the bits are the interpreter's.
+// The functions that machine code calls.  The interpreter calls the same ones, so both have the same bits.
 #pragma once
 
 #include <dyntape/autodiff/scalars/portable.h>

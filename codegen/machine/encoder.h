@@ -42,7 +42,7 @@ struct KernelLayout {
   dyntape_strides sizes = {};  // entries of a point in each array
   const double* pool =
       nullptr;  // constants, each once a lane, and room for one more number; first those of pool_start()
-  std::uint32_t unwanted = 0;    // where in `work` outputs go that nobody wants
+  std::uint32_t unwanted = 0;    // index in `work` of unused outputs
   std::uint32_t conditions = 0;  // where in `work` the conditions of the guards stand
   const GuardTable* guards = nullptr;
 };

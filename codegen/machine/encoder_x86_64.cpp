@@ -238,7 +238,7 @@ class Encoder::Instructions : public Xbyak::CodeGenerator {
     L(known);
   }
 
-  // What nobody wants goes to rax, and stays there.
+  // Unused results go to rax.
   void begin_output(const Xbyak::Reg64& output, int stride) {
     Xbyak::Label wanted;
     test(output, output);

@@ -25,7 +25,7 @@ class ExecutableMemory {
   std::span<const std::uint8_t> code(std::size_t k) const { return codes_[k]; }
 
  private:
-  void* pages_ = nullptr;  // with those that guard it
+  void* pages_ = nullptr;  // with the guard pages around it
   std::size_t bytes_ = 0;
   std::vector<std::span<const std::uint8_t>> codes_;
 };

@@ -61,7 +61,7 @@ struct Checker {
     }
     for (int k = 0; k < expected; ++k) {
       const Joint<double>& joint = joint_of(model, k, info.length);
-      // Joints of several columns, a floating base among them, have a zero where nobody says a value.
+      // Joints of several columns, a floating base among them, have a zero where no value is given.
       const bool is_said = is_single(joint.type) || x[k] != 0;
       if (is_said) check_number(info, x[k], " of joint \"" + joint.name + "\"");
     }

@@ -108,7 +108,7 @@ class Reacher {
       bool is_held = false;
       for (int i = 0; i < model_.nv; ++i) {
         if (kept[i] == wanted[i] || J.col(i).isZero(0)) continue;
-        r += J.col(i) * (kept[i] - next[i]);  // what is left to the others
+        r += J.col(i) * (kept[i] - next[i]);  // the remainder, for the other joints
         next[i] = kept[i];
         J.col(i).setZero();
         is_held = true;

@@ -71,12 +71,19 @@
 #include <vector>
 
 #include <dyntape/interface/control/problem/problem.h>
+#include <dyntape/interface/io/choice.h>
 #include <dyntape/interface/robot/robot_scene.h>
 
 namespace dyntape {
 
 enum class DynamicsForm { kForward, kInverse };
 enum class ControlUnit { kPhysical, kFraction };  // N m or N; fraction of the effort limit
+inline io::Choice<DynamicsForm> dynamics_forms() {
+  return {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}};
+}
+inline io::Choice<ControlUnit> control_units() {
+  return {{"physical", ControlUnit::kPhysical}, {"fraction", ControlUnit::kFraction}};
+}
 
 // A force along an axis that is fixed in a frame, at the frame's origin: a rotor, a jet.
 //   Thruster rotor{.name = "front", .frame = "rotor_1", .upper = 3, .moment = 0.016};

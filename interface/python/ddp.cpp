@@ -11,6 +11,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/batch/ddp_batch.h>
+#include <dyntape/interface/io/choice.h>
 #include <dyntape/interface/io/number.h>
 
 #include "motions.h"
@@ -24,25 +25,20 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-SensitivitiesOf sensitivities_named(const std::string& name) {
-  if (name == "none") return SensitivitiesOf::kNothing;
-  if (name == "cost") return SensitivitiesOf::kCost;
-  if (name == "motion") return SensitivitiesOf::kMotion;
-  throw ArgumentError("sensitivities: expected \"none\", \"cost\" or \"motion\", got \"" + name + "\"");
-}
-
 DdpOptions ddp_options(int intervals, const std::string& hessian, double tolerance, int max_iterations,
                        bool verify, const std::string& sensitivities) {
   DdpOptions options;
   options.evaluation.route = Route::kTiered;  // begins at once
   options.verify = verify;
-  options.sensitivities = sensitivities_named(sensitivities);
+  options.sensitivities = io::chosen<SensitivitiesOf>("sensitivities", sensitivities,
+                                                      {{"none", SensitivitiesOf::kNothing},
+                                                       {"cost", SensitivitiesOf::kCost},
+                                                       {"motion", SensitivitiesOf::kMotion}});
   options.intervals = intervals;
   options.tolerance = tolerance;
   options.max_iterations = max_iterations;
-  if (hessian != "exact" && hessian != "gauss_newton")
-    throw ArgumentError("hessian: expected \"exact\" or \"gauss_newton\", got \"" + hessian + "\"");
-  options.hessian = hessian == "exact" ? DdpHessian::kExact : DdpHessian::kGaussNewton;
+  options.hessian = io::chosen<DdpHessian>(
+      "hessian", hessian, {{"exact", DdpHessian::kExact}, {"gauss_newton", DdpHessian::kGaussNewton}});
   return options;
 }
 

@@ -15,6 +15,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/graph/dump.h>
 #include <dyntape/autodiff/record/record.h>
+#include <dyntape/interface/io/choice.h>
 
 #include "recorded_arrays.h"
 #include "watch.h"
@@ -29,9 +30,9 @@ RecordOptions record_options(const std::vector<double>& x0, const std::vector<do
   RecordOptions options;
   options.variables = x0;
   options.parameters = p0;
-  if (branches != "guard" && branches != "error")
-    throw ArgumentError("record: branches: expected \"guard\" or \"error\", got \"" + branches + "\"");
-  if (branches == "error") options.branches = RecordOptions::Branches::kError;
+  options.branches = io::chosen<RecordOptions::Branches>(
+      "record: branches", branches,
+      {{"guard", RecordOptions::Branches::kGuard}, {"error", RecordOptions::Branches::kError}});
   return options;
 }
 

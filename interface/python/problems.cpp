@@ -27,18 +27,6 @@ namespace {
 using P = PythonProblem;
 using Eigen::VectorXd;
 
-DynamicsForm form_from(const std::string& word) {
-  if (word == "forward") return DynamicsForm::kForward;
-  if (word == "inverse") return DynamicsForm::kInverse;
-  throw ArgumentError("problem: form: expected \"forward\" or \"inverse\", got \"" + word + "\"");
-}
-
-ControlUnit unit_from(const std::string& word) {
-  if (word == "physical") return ControlUnit::kPhysical;
-  if (word == "fraction") return ControlUnit::kFraction;
-  throw ArgumentError("problem: unit: expected \"physical\" or \"fraction\", got \"" + word + "\"");
-}
-
 void check_duration(const std::string& what, double duration) {
   if (duration > 0 && std::isfinite(duration)) return;
   throw ArgumentError(what + ": duration is " + io::shortest(duration) + " s; expected a positive number");
@@ -51,8 +39,8 @@ std::shared_ptr<P> problem_in(RobotScene scene, double duration, const std::stri
   p->is_robot = true;
   p->scene = std::move(scene);
   p->options.duration = duration;
-  p->options.form = form_from(form);
-  p->options.unit = unit_from(unit);
+  p->options.form = io::chosen("problem: form", form, dynamics_forms());
+  p->options.unit = io::chosen("problem: unit", unit, control_units());
   if (!mimics.empty()) {
     const auto tied = std::make_shared<const TiedJoints>(p->scene, mimics);
     tied->check_driven(p->scene.actuated);

@@ -10,35 +10,23 @@
 
 #include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/report/simulation_results.h>
-#include <dyntape/interface/robot/workspace_pool.h>
+#include <dyntape/interface/run/rollout/scene_rollout.h>
 
 #include "motions.h"
 
 namespace dyntape::python {
-
-// Steps of a scene, for any number of threads; made at the first call.
-struct SceneSteps {
-  SceneSteps(const Scene& scene, bool with_jacobians, const std::stop_token& stop);
-  std::unique_ptr<Stepper> stepper() const;  // for one more thread
-
-  const Scene& scene;
-  const CodegenOptions options;
-  const bool with_jacobians;
-  const Stepper first;
-  dyntape::detail::WorkspacePool<Stepper> pool;
-};
 
 class PythonScene {
  public:
   explicit PythonScene(Scene read) : scene(std::move(read)) {}
 
   const Scene scene;
-  // Made once, without the lock.
-  SceneSteps& steps(bool with_jacobians) const;
+  // Made once, without the lock, at the first call.
+  SceneRollout& steps(bool with_jacobians) const;
 
  private:
   mutable std::mutex mutex_;
-  mutable std::unique_ptr<SceneSteps> steps_[2];
+  mutable std::unique_ptr<SceneRollout> steps_[2];
 };
 
 // A motion and the scene that it is of, which reports refer to.

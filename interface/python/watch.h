@@ -54,7 +54,7 @@ class LatestWord {
   bool is_new_ = false;
 };
 
-// What is told: nothing, a callable, or a line of our own, which goes when the work is over.
+// Where progress goes: nowhere, to a callable, or to a line of the terminal, which is removed at the end.
 class Listener {
  public:
   explicit Listener(nb::handle progress) {
@@ -67,7 +67,7 @@ class Listener {
     const nb::error_scope kept;  // an exception may be on its way
     try {
       listener_.attr("erase")();
-    } catch (nb::python_error&) {  // nobody is there to read it
+    } catch (nb::python_error&) {  // the terminal is gone
     }
   }
   Listener(const Listener&) = delete;

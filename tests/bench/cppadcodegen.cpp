@@ -6,7 +6,7 @@
 //   bench_cppadcodegen robot.json --output DIR --functions rnea,id-derivatives      DIR/rnea/*.c, DIR/id-derivatives/*.c ...
 //
 // Prints a description of each as JSON: symbol, folder of sources, seconds, and `at`: where each number of the C stands in
-// dyntape's result of that function.  tests/bench/cppadcodegen_peer.py compiles them for bench_kernels --generated.
+// dyntape's result of that function.  tests/bench/peers/cppadcodegen_peer.py compiles them for bench_kernels --generated.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>

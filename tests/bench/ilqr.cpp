@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What an iteration of differential dynamic programming takes: the problem of tests/bench/ilqr_problem.py, which runs it
+// What an iteration of differential dynamic programming takes: the problem of tests/bench/peers/ilqr_problem.py, which runs it
 // beside Crocoddyl.
 //
 //   bench_ilqr arm|quadruped|cart-pole URDF [INTERVALS [TIMES]]     one JSON object a line; seconds of processor time, the

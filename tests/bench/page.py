@@ -130,7 +130,7 @@ turn, the quickest of a hundred batches, so smaller is better everywhere. Made b
 ROUTES = '''Times of one state.
 
 - **packs**: the plain code in eight lanes, nothing compiled; **several**: the interpreter with several states at once.
-- **lanes**: generated kernels of several states, which come and go one after the other; **kept**: for states that are kept
+- **lanes**: generated kernels of several states, which are copied in and out one after the other; **kept**: for states that are kept
   in lanes. The code of lanes includes the kernel of a single state.
 - **CasADi**, **CppADCodeGen**: derivatives by their own differentiation of the recursion; **analytic**: the derivative recursion of
   Carpentier and Mansard, printed by them. CppADCodeGen records Pinocchio's templates and differentiates by coordinates: for robots

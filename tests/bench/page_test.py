@@ -26,7 +26,7 @@ loader.exec_module(run)
 
 
 def generated_flags():
-    text = (ROOT / 'tests' / 'bench' / 'peer_library.py').read_text()
+    text = (ROOT / 'tests' / 'bench' / 'peers' / 'peer_library.py').read_text()
     return re.findall(r"'([^']+)'", re.search(r'^FLAGS = .*', text, re.M)[0])
 
 

@@ -4,7 +4,7 @@
 //
 //   bench_solves TASK.info [TIMES]        one JSON object; seconds, the quickest of TIMES
 //
-// tests/bench/arm_problem.py runs it beside CasADi.
+// tests/bench/peers/arm_problem.py runs it beside CasADi.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

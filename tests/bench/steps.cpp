@@ -5,7 +5,7 @@
 //
 //   bench_steps SCENE.info INTEGRATOR        one JSON object; seconds a state, the quickest of many batches
 //
-// tests/bench/mujoco_steps.py runs it beside MuJoCo.
+// tests/bench/peers/mujoco_steps.py runs it beside MuJoCo.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

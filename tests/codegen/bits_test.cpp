@@ -9,7 +9,7 @@
 
 #include <array>
 
-#include "compilers.h"
+#include "codegen/compilers.h"
 #include "random_function.h"
 
 namespace dyntape::bits_test {

@@ -13,7 +13,7 @@
 
 #include <dyntape/autodiff/graph/function.h>
 
-#include "../autodiff/random.h"
+#include "autodiff/random.h"
 
 namespace dyntape::testing {
 

@@ -13,9 +13,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "../source_folder.h"
 #include "compilers.h"
 #include "random_function.h"
+#include "source_folder.h"
 
 namespace dyntape::text_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "../source_folder.h"
+#include "source_folder.h"
 
 namespace dyntape::dynamics {
 

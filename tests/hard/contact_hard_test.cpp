@@ -10,7 +10,7 @@
 #include <dyntape/dynamics/contact/impact.h>
 #include <dyntape/dynamics/model/configuration.h>
 
-#include "../dynamics/random_robots.h"
+#include "dynamics/random_robots.h"
 #include "every_route.h"
 
 namespace dyntape::contact_hard_test {

@@ -16,10 +16,10 @@
 #include <dyntape/interface/motion/robot_problem.h>
 #include <dyntape/interface/motion/robot_terms.h>
 
-#include "../interface/ocp_problems.h"
-#include "../interface/recorded_nlp.h"
-#include "../source_folder.h"
 #include "every_route.h"
+#include "interface/control/ocp_problems.h"
+#include "interface/control/recorded_nlp.h"
+#include "source_folder.h"
 
 namespace dyntape::control_hard_test {
 namespace {

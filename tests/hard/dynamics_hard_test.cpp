@@ -12,8 +12,8 @@
 #include <dyntape/interface/robot/robot_functions.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
-#include "../source_folder.h"
 #include "every_route.h"
+#include "source_folder.h"
 
 namespace dyntape::dynamics_hard_test {
 namespace {

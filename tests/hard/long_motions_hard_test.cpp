@@ -7,9 +7,9 @@
 
 #include <dyntape/interface/run/simulate/simulate.h>
 
-#include "../interface/simulated_systems.h"
-#include "../interface/temporary_cache.h"
-#include "../source_folder.h"
+#include "interface/system/simulated_systems.h"
+#include "interface/temporary_cache.h"
+#include "source_folder.h"
 
 namespace dyntape::long_motions_hard_test {
 namespace {

@@ -9,7 +9,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/ipopt/ipopt.h>
 #include <dyntape/interface/control/solve/optimise.h>
-#include "../interface/ocp_problems.h"
+#include "interface/control/ocp_problems.h"
 
 namespace dyntape::ocp_hard_test {
 namespace {

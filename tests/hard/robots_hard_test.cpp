@@ -13,9 +13,9 @@
 #include <dyntape/interface/robot/robot_functions.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
-#include "../dynamics/random_robots.h"
-#include "../source_folder.h"
+#include "dynamics/random_robots.h"
 #include "every_route.h"
+#include "source_folder.h"
 
 namespace dyntape::robots_hard_test {
 namespace {

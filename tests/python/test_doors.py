@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One way to solve: the tasks of tests/interface/doors by their files and as problems in Python, to the same bits."""
+"""One way to solve: the tasks of tests/interface/run/solve/doors by their files and as problems in Python, to the same bits."""
 
 import json
 import math

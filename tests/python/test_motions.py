@@ -52,6 +52,17 @@ def test_a_rollout_is_the_simulation():
     assert np.array_equal(x[stride - 1 :: stride], np.concatenate([motion.q, motion.v], axis=1)[1:])
 
 
+def test_rollouts_with_rigid_contacts_are_simulations():
+    heights = [0.3, 0.4]
+    scenes = [dyntape.Scene(CONFIG / "scenes" / "tumbling_box.info",
+                            set={"simulation.duration": 0.5, "start.base.position": [0, 0, z]}) for z in heights]
+    x = scenes[0].rollout(np.stack([np.concatenate([scene.q, scene.v]) for scene in scenes]))
+    for scene, states in zip(scenes, x):
+        motion = scene.simulate()
+        stride = round(motion.t[1] / scene.step)
+        assert np.array_equal(states[stride - 1 :: stride], np.concatenate([motion.q, motion.v], axis=1)[1:])
+
+
 def test_worlds_do_not_depend_on_each_other(random):
     scene = dyntape.Scene(CONFIG / "scenes" / "quadruped_dropped.info")
     x0 = np.tile(np.concatenate([scene.q, scene.v]), (37, 1))
@@ -98,8 +109,10 @@ def test_rollouts_say_what_they_expect():
     with pytest.raises(dyntape.ArgumentError, match="x0 is of 3 worlds, and u of 2"):
         scene.rollout(np.zeros((3, 2)), np.zeros((2, 5, 1)))
     rigid = dyntape.Scene(CONFIG / "scenes" / "rigid_bounce.info")
-    with pytest.raises(dyntape.ArgumentError, match="rigid contacts"):
-        rigid.rollout(np.zeros(3))
+    with pytest.raises(dyntape.ArgumentError, match="rigid contacts or hard limits, whose impacts have no derivatives"):
+        rigid.rollout_jacobians(np.zeros(13))
+    with pytest.raises(dyntape.ArgumentError, match="the contact at 'ball' is 0.1 m below its ground"):
+        rigid.rollout([0, 0, 0, 0, 0, 0, 1] + 6 * [0], steps=3)
     assert scene.rollout(np.zeros((0, 2)), np.zeros((5, 1))).shape == (0, 5, 2)
     assert scene.rollout(np.zeros((3, 2)), np.zeros((3, 0, 1))).shape == (3, 0, 2)
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Wrong calls end in one sentence with the name of the argument; displays and equality of functions."""
 
+import pathlib
 import re
 import warnings
 
@@ -61,6 +62,37 @@ WRONG += [
     (lambda: ARM.rnea(np.array(["a"] * 6), np.zeros(6), np.zeros(6)), "rnea: q: expected an array of numbers: got one of dtype('<U1')"),
     (lambda: square()(np.array([1j, 2])), "x: expected an array of numbers: "),
 ]
+
+
+WRONG += [
+    (lambda: car().solve(4, tolerence=1e-6), 'Problem.solve has no argument "tolerence"; did you mean "tolerance"?'),
+    (lambda: car().solve(4, tolerance="fine"), "Problem.solve: tolerance is 'fine'; expected float"),
+    (lambda: car().solve(4, max_iterations=2.5), "Problem.solve: max_iterations is 2.5; expected int"),
+]
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"tolerance": -1}, "solve: tolerance must be positive, got -1"),
+        ({"tolerance": float("nan")}, "solve: tolerance must be finite, got nan"),
+        ({"max_iterations": -1}, "solve: max_iterations must be zero or more, got -1"),
+        ({"print_level": 13}, "solve: print_level must be between 0 and 12, got 13"),
+        ({"barrier_update": "up"}, 'solve: barrier_update: expected "adaptive" or "monotone", got "up"'),
+        ({"hessian": "newton"}, 'solve: hessian: expected "exact", "gauss_newton" or "limited_memory", got "newton"'),
+    ],
+)
+def test_options_of_the_solver_have_the_ranges_of_files(options, message):
+    with pytest.raises(dyntape.ArgumentError, match=f"^{re.escape(message)}$"):
+        plain_car().solve(4, **options)
+
+
+def test_options_of_the_solver_have_the_names_of_files():
+    page = (pathlib.Path(__file__).resolve().parents[2] / "docs/reference/task_keys.md").read_text()
+    block = re.search(r"^  solver +the solver.*?(?=^  \S)", page, re.M | re.S).group()
+    names = set(re.findall(r"^    (\w+) ", block, re.M)) - {"check_derivatives", "ipopt"}
+    assert len(names) >= 9
+    assert names <= set(re.findall(r"(\w+): ", dyntape.Problem.solve.__nb_signature__[0][0]))
 
 
 LONG = 10**400

@@ -144,6 +144,17 @@ TEST(Generated, ControllersOfTasks) {
   EXPECT_FALSE(std::filesystem::exists(folder));
   EXPECT_EQ(run_dyntape({"generate", task, "--controller", folder, "--function", "rnea"}).status, 2);
   EXPECT_EQ(run_dyntape({"generate", config("robots/ur5.urdf"), "--output", folder}).status, 2);
+  for (const auto& [name, value] :
+       {std::pair("--dialect", "opencl"), std::pair("--order", "2"), std::pair("--base", "floating")})
+    EXPECT_EQ(with({name, value}).status, 2) << name;
+  const auto without = run_dyntape({"generate", task, "--output", folder});
+  EXPECT_EQ(without.status, 1);
+  EXPECT_NE(without.err.find("--controller"), std::string::npos) << without.err;
+  EXPECT_FALSE(std::filesystem::exists(folder));
+  // A folder where the header goes: no text either.
+  std::filesystem::create_directories(folder + "/cart_pole_swings_up.h");
+  EXPECT_EQ(with({}).status, 1);
+  EXPECT_FALSE(std::filesystem::exists(folder + "/cart_pole_swings_up.c"));
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ def main():
         if block.language == 'diff':
             faults += faults_of_diff(block, text)
     for page, folder in TESTED_ELSEWHERE.items():
-        tests = '\n'.join(path.read_text() for path in (ROOT / folder).glob('*.py'))
+        tests = '\n'.join(path.read_text() for path in (ROOT / folder).rglob('*.py'))
         for title, section in re.findall(r'^## (.*)\n((?:(?!^## ).*\n?)*)', (ROOT / page).read_text(), re.MULTILINE):
             if '```python' in section and f'page_section("{title}")' not in tests:
                 faults.append(f'{page}: no test in {folder} runs the section "{title}"')

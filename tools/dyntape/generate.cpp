@@ -60,7 +60,7 @@ codegen::StackUse stack_of(const codegen::EmbeddedSource& embedded, const std::s
 // A slip of --order makes a text of hundreds of megabytes, and a compiler of gigabytes.
 constexpr std::size_t kLargestText = 20'000'000;
 
-// Says how large the text is, and refuses one that nobody meant, before anything is written or compiled.
+// Prints how large the text is and refuses an unexpectedly large one, before anything is written or compiled.
 void check_size(const GenerateOptions& options, const codegen::Source& source) {
   const std::size_t bytes = source.text.size() + source.header.size();
   const std::string size = source.name + ": " +
@@ -182,6 +182,8 @@ void run(const GenerateOptions& options) {
   if (!options.controller.set.empty()) throw CLI::RequiresError("--set", "--controller");
   if (options.single && !options.embedded && options.dialect == "c")
     throw CLI::RequiresError("--float", "--embedded, --controller, or --dialect opencl or cuda");
+  if (options.robot.path.ends_with(".info"))
+    throw ArgumentError(options.robot.path + ": a task; expected a robot (.urdf), or --controller DIR");
   if (options.function.name.empty()) throw CLI::RequiredError("--function");
   if (options.output.empty()) throw CLI::RequiredError("--output");
   const auto robot = load_robot(options.robot);
@@ -292,6 +294,8 @@ void add_generate(CLI::App& app) {
       ->capture_default_str();
   CLI::Option* const controller = add_controller_options(*command, options->controller);
   controller->excludes(function)->excludes(output)->excludes(embedded)->excludes(casadi)->excludes(nonzeros);
+  for (const char* of_robots : {"--dialect", "--order", "--functions", "--base", "--lock", "--snap"})
+    controller->excludes(of_robots);
   command->add_flag("--float", options->single,
                     "embedded, controller, opencl, cuda: float instead of double");
   command

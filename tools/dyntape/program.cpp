@@ -20,7 +20,7 @@
 namespace dyntape::tools {
 namespace {
 
-// A name may be as long as its file; of one that nobody reads to its end the beginning is enough.
+// A name may be as long as its file; its beginning is enough for a message.
 std::string shortened(const std::string& name) {
   constexpr std::size_t kShown = 60, kLong = 200;
   if (name.size() <= kLong) return name;

@@ -78,7 +78,7 @@ StateColumns::StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot&
   }
   const std::string head = file + ":1: ", expected = expected_columns(numbered, named);
   std::unordered_set<std::string> known(numbered.begin(), numbered.end());
-  // What is missing is told in the names that the file goes by.
+  // Messages name missing columns as the file does.
   const bool is_by_joint =
       std::any_of(named.begin(), named.end(), [&](const std::string& name) { return table.has(name); });
   std::vector<std::string> missing;

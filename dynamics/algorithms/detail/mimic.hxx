@@ -9,7 +9,7 @@
 namespace dyntape::dynamics {
 namespace detail {
 
-// `count` full entries from `first` on follow nobody.
+// `count` full entries from `first` on follow no joint.
 inline void own(int first, int count, std::vector<FollowedEntry>& entries, std::vector<int>& owners) {
   for (int k = first; k < first + count; ++k) {
     entries[k].index = static_cast<int>(owners.size());
@@ -24,7 +24,7 @@ VectorX<T> expanded(const std::vector<FollowedEntry>& entries, const VectorRef<T
   return full;
 }
 
-// The entries of joints that follow nobody.
+// The entries of joints that follow no joint.
 template <class T>
 VectorX<T> owned(const std::vector<int>& owners, const VectorX<T>& full) {
   VectorX<T> result(owners.size());

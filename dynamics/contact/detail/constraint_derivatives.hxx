@@ -103,7 +103,7 @@ void invert_constrained_motion(const Data<T>& data, ConstraintData<T>& c, Matrix
   }
 }
 
-// (L.15): where rows contradict each other, what is left of them pushes no joint, J^T r = 0, also when joints move.
+// (L.15): where rows contradict each other, their residual pushes no joint, J^T r = 0, also when joints move.
 template <class T>
 void turn_residual(ConstraintData<T>& c) {
   if (c.independent) return;      // nothing is left

@@ -139,7 +139,8 @@ RecedingHorizon::RecedingHorizon(const Problem& problem, const MpcOptions& optio
   if (!options.printed) return;
   ControllerOptions printed;
   printed.mesh = options.mesh;
-  printed.tolerance = options.solver.tolerance;
+  // Products of slacks and multipliers then end at solver.tolerance, as in the solver.
+  printed.tolerance = std::sqrt(options.solver.tolerance);
   printed_ = std::make_unique<ControllerLibrary>(values_, printed, options.mesh.evaluation);
 }
 

@@ -48,7 +48,7 @@ void check_target(const PrintedController& c, std::size_t target) {
                       whole(double(c.state_bytes)) + " + " + whole(double(c.constant_bytes)) + " + " +
                       whole(double(c.stack_bytes)) + " = " + whole(double(needed)) +
                       " bytes, more than the target's " + whole(double(target)) +
-                      "; expected fewer intervals" + (c.single ? "" : ", or float"));
+                      "; expected fewer intervals" + (c.single ? "" : ", or single precision"));
 }
 
 }  // namespace

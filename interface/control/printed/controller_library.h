@@ -22,10 +22,10 @@
 namespace dyntape {
 
 struct ControllerStep {
-  enum class Status { kSolved, kBudgetEnded, kNotFinite } status = Status::kNotFinite;
+  enum class Status { kSolved, kBudgetEnded, kNotFinite, kNoRoom } status = Status::kNotFinite;
   int iterations = 0, interior_steps = 0;
   double cost = 0, violation = 0;  // violation: the largest, in nominal values
-  bool usable() const { return status != Status::kNotFinite; }
+  bool usable() const { return status == Status::kSolved || status == Status::kBudgetEnded; }
 };
 
 class ControllerLibrary {

@@ -68,6 +68,9 @@ class ControllerPrinter {
         stage_(parts.stage, n_x_),
         end_(parts.end, 0) {
     result_.name = codegen::c_identifier(options.name.empty() ? problem_.name : options.name);
+    if (result_.name == "dt")
+      refuse(problem_,
+             "its functions in C would begin with dt_, as those inside the text do; expected another name");
     result_.single = options.single;
     result_.n_x = int(n_x_), result_.n_u = int(n_u_), result_.intervals = int(n_);
     result_.times = parts.times;
@@ -182,11 +185,12 @@ class ControllerPrinter {
     if (parts_.n_parameters > 0) define("FIXED_P", 1);
     const bool single = options_.single;
     define_number("PRICE", options_.price);
-    define_number("MU_COLD", 1), define_number("MU_WARM", 1e-2);
-    define_number("MU_END", single ? 1e-4 : 1e-8);
+    define_number("MU_COLD", options_.price), define_number("MU_WARM", std::min(1e-2, 1e-2 * options_.price));
+    define_number("MU_END", mu_end()), define_number("PRECISION", mu_end() * double(products));
+    define_number("SHORT", 0.2);
     define_number("LEFT", single ? 1e-3 : 1e-6);
     define_number("BOUNDARY", 0.99), define_number("LEAST_PIVOT", 1e-20);
-    define_number("SMALL", 1e-10), define_number("LARGEST_PRICE", 1e4);
+    define_number("SMALL", 1e-10), define_number("LARGEST_PRICE", 1e3 * options_.price);
     define_number("ROUNDING", single ? 1e-6 : 1e-14);
     define_number("TOLERANCE", tolerance());
     define_number("ONE_OVER_STEP", 1 / parts_.step);
@@ -196,7 +200,12 @@ class ControllerPrinter {
   }
 
   double tolerance() const {
-    return options_.tolerance > 0 ? options_.tolerance : options_.single ? 1e-3 : 1e-6;
+    return options_.tolerance > 0 ? options_.tolerance : options_.single ? 3e-3 : 1e-4;
+  }
+
+  // The last product of slack and multiplier.  If both are small, they move the plan by its root.
+  double mu_end() const {
+    return std::clamp(tolerance() * tolerance(), options_.single ? 1e-5 : 1e-13, 1e-4);
   }
 
   // "static const real name[n] = {...};"

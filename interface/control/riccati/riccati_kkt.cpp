@@ -307,7 +307,7 @@ struct RiccatiKkt::Assembly {
 void RiccatiKkt::Assembly::add_columns(const double* W, Index of_W,
                                        const std::vector<Index>& variables) const {
   const Index count = Index(variables.size()), simple = in_order(variables);
-  // After the simple ones: those that are not basic, then the basic ones.
+  // After the simple ones: the rows that are not basic, then the basic ones.
   Index* const order = place + f.col.size();
   Index *rest_end = order, *end = order;
   for (Index i = simple; i < count; ++i) {

@@ -263,7 +263,7 @@ class Refinement {
     return false;
   }
 
-  // False where the finer mesh is given up, and the coarser motion stays.
+  // False if the finer mesh failed, and the coarser motion stays.
   bool solve_on(const Nodes& nodes, From from) {
     solution_.refinement_trouble.clear();
     int intervals = 0;

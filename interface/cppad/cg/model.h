@@ -74,7 +74,7 @@ template <class Base>
 class CGAtomicGenericModel;
 struct ModelState;  // the compiled function and what was asked for; in model.cpp
 
-// What ModelCSourceGen was told to create.
+// The parts that ModelCSourceGen creates.
 struct ModelChoice {
   bool forward_zero = true, jacobian = false, hessian = false, sparse_jacobian = false,
        sparse_hessian = false, forward_one = false, reverse_one = false, reverse_two = false;

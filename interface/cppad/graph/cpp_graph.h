@@ -101,7 +101,7 @@ struct GraphOp {
 };
 const GraphOp& graph_op(graph::graph_op_enum op);
 
-// One use of an operator, its arguments told apart.
+// One use of an operator, its arguments by kind.
 struct GraphUse {
   graph::graph_op_enum op;
   std::size_t name = 0, call_id = 0,

@@ -83,7 +83,7 @@ class atomic_base : public detail::AtomicFunction<Base> {
   template <class S>
   bool forward_without_types(std::size_t id, std::size_t low, std::size_t up, const vector<S>& tx,
                              vector<S>& ty) {
-    vector<bool> vx, vy;  // without entries: nobody asks which are variables
+    vector<bool> vx, vy;  // empty: which entries are variables is not needed
     set_old(id);
     return forward(low, up, vx, vy, tx, ty);
   }

@@ -88,7 +88,7 @@ void OdeGear(Fun& F, std::size_t m, std::size_t n, const Vector& T, Vector& X, V
 }
 
 // Integrates from ti to tf with steps between smin and smax (at the start between sini and smax) such that the error stays
-// within (eabs + erel |x|) step / (tf - ti).  ef: the sum of the errors; maxabs: the largest |x|; nstep: steps, those that were tried in vain too.
+// within (eabs + erel |x|) step / (tf - ti).  ef: the sum of the errors; maxabs: the largest |x|; nstep: all steps, rejected ones included.
 template <class Scalar, class Vector, class Fun>
 Vector OdeGearControl(Fun& F, std::size_t M, const Scalar& ti, const Scalar& tf, const Vector& xi,
                       const Scalar& smin, const Scalar& smax, Scalar& sini, const Vector& eabs,

@@ -54,11 +54,6 @@ std::optional<T> value_of(const std::string& word) {
   }
 }
 
-std::string wrong_range(const Range& range, double value) {
-  if (std::isnan(value) || (std::isinf(value) && !range.infinite)) return "must be finite";
-  return range.holds(value) ? "" : "must be " + range.text;
-}
-
 template <class T>
 std::string printed(const T& value) {
   if constexpr (std::is_same_v<T, std::string>) return value;
@@ -66,11 +61,6 @@ std::string printed(const T& value) {
   if constexpr (std::is_same_v<T, double>) return shortest(value);
   if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) return std::to_string(value);
 }
-
-Range bounded(double low, double high, std::string text) {
-  return {low, high, false, false, false, std::move(text)};
-}
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::string list_key(size_t i) { return "[" + std::to_string(i) + "]"; }
 
@@ -101,18 +91,6 @@ std::vector<std::string> split(const std::string& text) {
 
 }  // namespace
 
-Range positive() { return {0, kInfinity, true, false, false, "positive"}; }
-Range not_negative() { return bounded(0, kInfinity, "zero or more"); }
-Range at_least(double low) { return bounded(low, kInfinity, "at least " + shortest(low)); }
-Range between(double low, double high) {
-  return bounded(low, high, "between " + shortest(low) + " and " + shortest(high));
-}
-Range or_infinite(Range range) {
-  range.infinite = true;
-  if (!range.text.empty()) range.text += " or infinite";
-  return range;
-}
-
 template <class T>
 std::optional<T> detail::convert(const std::string& word, const Range& range, std::string& wrong) {
   const std::optional<T> value = value_of<T>(word);
@@ -120,7 +98,7 @@ std::optional<T> detail::convert(const std::string& word, const Range& range, st
     const bool beyond = std::is_same_v<T, double> && is_out_of_range(word);
     wrong = "expects " + expected<T>() + (beyond ? " in the range of a double" : "") + ", got '" + word + "'";
   } else if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) {
-    wrong = wrong_range(range, static_cast<double>(*value));
+    wrong = range.fault(static_cast<double>(*value));
     if (!wrong.empty()) wrong += ", got '" + word + "'";
   }
   return wrong.empty() ? value : std::nullopt;

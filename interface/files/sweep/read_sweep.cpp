@@ -33,12 +33,10 @@ bool take_swept_scene(Section& file, SceneSweep& sweep) {
   if (name.empty()) return false;
   try {
     sweep.scene = read_scene(path_beside(sweep.file, file, "scene", name));
-    const bool has_constraints = !sweep.scene.robot.constraints.empty();
-    if (!has_constraints && !sweep.scene.commands.followed) return true;
-    file.problem("scene",
-                 "'" + name + "' has " + (has_constraints ? "constraints" : "motors that follow a motion") +
-                     ", which only simulate knows" +
-                     (has_constraints ? "; contacts can be swept as springs, in 'effects.contacts'" : ""));
+    const bool has_loops = !sweep.scene.robot.constraints.loops.empty();
+    if (!has_loops && !sweep.scene.commands.followed) return true;
+    file.problem("scene", "'" + name + "' has " + (has_loops ? "loops" : "motors that follow a motion") +
+                              ", which only simulate knows");
     return false;
   } catch (const Error& e) {
     file.problem("scene", first_of(e.what()));

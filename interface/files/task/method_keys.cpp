@@ -3,6 +3,7 @@
 // How a task is solved: the blocks `solver` and `contact_implicit` of task files.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/ipopt/ipopt_options.h>
+#include <dyntape/interface/control/nlp/solver_option_table.h>
 #include <dyntape/interface/files/task/task_faults.h>
 #include <dyntape/interface/files/task/task_keys.h>
 #include <dyntape/interface/io/number.h>
@@ -11,47 +12,43 @@ namespace dyntape {
 
 using io::Section;
 
+namespace {
+
+// The options of a block (solver_option_table.h).
+struct OptionsOfBlock {
+  Section& block;
+
+  template <class T>
+  void number(const char* name, T& value, const io::Range& range, const char* meaning) {
+    value = block.about(meaning).get_or(name, value, range);
+  }
+  void flag(const char* name, bool& value, const char* meaning) {
+    value = block.about(meaning).get_or(name, value);
+  }
+  template <class E>
+  void choice(const char* name, E& value, const io::Choice<E>& words, const char* meaning) {
+    value = block.about(meaning).choice_or<E>(name, io::word_of(value, words), words);
+  }
+};
+
+}  // namespace
+
 void read_solver(Section& file, TaskSpec& task) {
   Section solver = file.about("the solver of the nonlinear program").child_or_empty("solver");
   OptimiseOptions& optimise = task.optimise;
   SolverOptions& options = optimise.solver;
+  io::Choice<std::optional<NlpMethod>> methods;
+  for (const auto& [word, method] : nlp_methods()) methods.emplace_back(word, method);
+  methods.emplace_back("ddp", std::nullopt);
   const auto method = solver
-                          .about(
-                              "riccati: dyntape's interior-point method, stage by stage; ipopt: Ipopt; ddp: "
-                              "differential dynamic "
-                              "programming, for costs and limits of controls; automatic: riccati, and ipopt "
-                              "with a limited_memory "
-                              "Hessian, options of Ipopt or a print_level.  Where riccati or ipopt gets "
-                              "stuck, the other one tries")
-                          .choice_or<std::optional<NlpMethod>>("method", "automatic",
-                                                               {{"automatic", NlpMethod::kAutomatic},
-                                                                {"riccati", NlpMethod::kRiccati},
-                                                                {"ipopt", NlpMethod::kIpopt},
-                                                                {"ddp", std::nullopt}});
+                          .about(std::string(kNlpMethodsMeaning) +
+                                 "; ddp: differential dynamic programming, for costs and limits of controls")
+                          .choice_or<std::optional<NlpMethod>>("method", "automatic", methods);
   task.by_ddp = !method;
   options.method = method.value_or(NlpMethod::kRiccati);
-  options.tolerance = solver.about("tolerance of the scaled optimality error")
-                          .get_or("tolerance", options.tolerance, io::positive());
-  options.dual_tolerance = solver.about("tolerance of the unscaled stationarity")
-                               .get_or("dual_tolerance", options.dual_tolerance, io::positive());
-  options.bound_relaxation = solver.about("relative widening of the bounds; 0: exact bounds")
-                                 .get_or("bound_relaxation", options.bound_relaxation, io::not_negative());
-  options.max_iterations = solver.about("largest number of iterations")
-                               .get_or("max_iterations", options.max_iterations, io::not_negative());
-  options.max_seconds = solver.about("largest processor time of all threads [s]")
-                            .get_or("max_seconds", options.max_seconds, io::positive());
-  options.stop_at_acceptable = solver.about("stop early if the solver stalls at an acceptable point")
-                                   .get_or("stop_at_acceptable", options.stop_at_acceptable);
-  options.barrier_update =
-      solver
-          .about(
-              "of riccati: adaptive: chosen at each step; monotone: decreased when a barrier problem is "
-              "solved; the default for rigid contacts is monotone")
-          .choice_or<BarrierUpdate>(
-              "barrier_update", task.simulated ? "monotone" : "adaptive",
-              {{"adaptive", BarrierUpdate::kAdaptive}, {"monotone", BarrierUpdate::kMonotone}});
-  options.print_level = solver.about("verbosity of Ipopt; above 0 the method automatic takes Ipopt")
-                            .get_or("print_level", options.print_level, io::between(0, 12));
+  if (task.simulated) options.barrier_update = BarrierUpdate::kMonotone;
+  OptionsOfBlock reader{solver};
+  visit_options(options, reader);
   optimise.check_derivatives = solver.about("compare derivatives with finite differences before solving")
                                    .get_or("check_derivatives", true);
   Section extra =

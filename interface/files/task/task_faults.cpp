@@ -114,7 +114,7 @@ class SpecCheck {
           "goal.base.roll_pitch_yaw");
   }
 
-  // A weight of a time that nobody may change.
+  // A weight of a duration that is not free.
   void check_time_cost() {
     const auto is_free = [](const TaskSpec::Phase& phase) { return phase.free_time.has_value(); };
     if (spec_.costs.time == 0 || spec_.free_time ||

@@ -6,6 +6,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/control/nlp/solver_option_table.h>
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/files/planar_keys.h>
@@ -34,14 +35,10 @@ RobotProblemOptions read_form(Section& file, const std::string& dynamics) {
                      .about(
                          "dynamics as a constraint: forward: accelerations from torques; inverse: torques "
                          "from accelerations")
-                     .choice_or<DynamicsForm>(
-                         "dynamics", dynamics,
-                         {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}});
+                     .choice_or<DynamicsForm>("dynamics", dynamics, dynamics_forms());
   options.unit =
       transcription.about("unit of the controls: physical: N m or N; fraction: fraction of the effort limit")
-          .choice_or<ControlUnit>(
-              "controls", "physical",
-              {{"physical", ControlUnit::kPhysical}, {"fraction", ControlUnit::kFraction}});
+          .choice_or<ControlUnit>("controls", "physical", control_units());
   return options;
 }
 
@@ -212,7 +209,7 @@ TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, c
   for (const std::string& name : contacts)
     if (model && !name.empty() && lands.has(name))
       p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt, metres()));
-  // The contacts are not known if the robot or their names are wrong, which is told already.
+  // The contacts are not known if the robot or their names are wrong, which is reported already.
   if (const bool are_known = model && !lands.has_problems(); !are_known)
     for (const std::string& name : lands.keys())
       if (!model || !contains(contacts, name)) read_vector3(lands, name, std::nullopt, metres());
@@ -378,9 +375,8 @@ MeshOptions read_mesh(Section& file, WithLimitedMemory with, const std::string& 
   mesh.intervals =
       horizon.about("number of intervals, of equal length").get<int>("intervals", io::at_least(1));
   read_scheme(transcription, default_scheme, mesh);
-  std::vector<std::pair<std::string, HessianKind>> kinds = {{"exact", HessianKind::kExact},
-                                                            {"gauss_newton", HessianKind::kGaussNewton}};
-  if (with == WithLimitedMemory::kYes) kinds.emplace_back("limited_memory", HessianKind::kLimitedMemory);
+  io::Choice<HessianKind> kinds = hessian_kinds();
+  if (with == WithLimitedMemory::kNo) kinds.pop_back();
   mesh.hessian =
       transcription.about("Hessian for the solver").choice_or<HessianKind>("hessian", "exact", kinds);
   return mesh;

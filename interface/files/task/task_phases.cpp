@@ -111,14 +111,6 @@ void compose_phases(Task& task, const VectorXd& from, const VectorXd& to) {
 
 namespace {
 
-double floor_of(const Task& task) {
-  if (task.floor) return *task.floor;
-  double lowest = 0;
-  for (const HeldContact& contact : task.robot.contacts)
-    if (contact.place) lowest = std::min(lowest, contact.place->z());
-  return lowest;
-}
-
 // The highest points of swings that no configuration reaches while the other contacts hold.  Without any the robot
 // may fly: only if its limb and the height of a flight of this duration are too short.
 void add_unmet_clearances(const Task& task, std::size_t k, const std::vector<HeldContact>& contacts,
@@ -187,8 +179,15 @@ void add_weak_motors(const Task& task, std::vector<std::string>& sentences) {
 
 }  // namespace
 
+std::optional<double> floor_of(const Task& task) {
+  std::optional<double> lowest;
+  for (const HeldContact& contact : task.robot.contacts)
+    if (contact.place) lowest = std::min(lowest.value_or(HUGE_VAL), contact.place->z());
+  return task.floor && !task.robot.contacts.empty() ? task.floor : lowest;
+}
+
 std::vector<SunkenFoothold> sunken_footholds(const Task& task) {
-  const double floor = floor_of(task);
+  const double floor = task.floor.value_or(std::min(0.0, floor_of(task).value_or(0)));
   std::vector<SunkenFoothold> feet;
   std::vector<HeldContact> contacts = task.robot.contacts;
   for (std::size_t k = 0; k < task.phases.size(); ++k) {

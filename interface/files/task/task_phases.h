@@ -9,6 +9,8 @@
 // Internal, except for the solvers' functions.
 #pragma once
 
+#include <optional>
+
 #include <dyntape/interface/control/problem/phases.h>
 #include <dyntape/interface/files/task/task.h>
 
@@ -47,6 +49,10 @@ std::string told_of(const TaskSpec& task);
 // Sentences on what a task demands and its robot cannot do as far as the start shows it, in metres and newton metres: footholds
 // below the floor or out of reach, a goal out of reach, motors too weak to hold the robot.  Takes milliseconds.
 std::vector<std::string> unmet_demands(const Task& task);
+
+// Height (m) of the floor that held contacts stand on: `contacts.floor`, otherwise the lowest contact at the start.
+// Empty for a task without such contacts.
+std::optional<double> floor_of(const Task& task);
 
 // A foothold that a phase moves down to below the floor.
 struct SunkenFoothold {

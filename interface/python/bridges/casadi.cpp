@@ -24,7 +24,7 @@
 namespace dyntape::python {
 namespace {
 
-// What BOOST_PP_REPEAT below is told.
+// Arguments of BOOST_PP_REPEAT below.
 #define DYNTAPE_CASADI_NAMES 100
 
 // A function with its programs: without second derivatives, which of a large robot take long to make, until they are asked for.

@@ -92,7 +92,7 @@ def assemble(
 ) -> Robot:
     """A robot of bodies, in the place of a file; q, v and tau are in their order.
 
-    bodies: a parent comes before those that it carries.
+    bodies: a parent comes before its children.
     frames: named places, by the joint that carries them (None: the world), rotation (3, 3) and position (3,) in its frame;
         by default each body's own, called as its joint.
     gravity: (3,) acceleration of free fall, m/s^2.  left_out: becomes robot.left_out.  shapes: what it looks like.

@@ -34,7 +34,7 @@ RobotScene with_bounds(const PythonProblem& p) {
 
 using Feet = std::vector<std::pair<std::string, Eigen::Vector3d>>;
 
-// Positions that are demanded at that share of the duration; none: those that are demanded all along.
+// Positions that are demanded at that share of the duration; without a share: at all times.
 Feet demanded_at(const PythonProblem& p, std::optional<double> share, bool& are_footholds) {
   Feet feet;
   are_footholds = true;

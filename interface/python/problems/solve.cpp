@@ -10,31 +10,17 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/discretize/resampled.h>
+#include <dyntape/interface/control/nlp/solver_option_table.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/report/player/player.h>
 
+#include "../keywords.h"
 #include "../motions.h"
 #include "../problems.h"
 #include "../watch.h"
 
 namespace dyntape::python {
 namespace {
-
-HessianKind hessian_from(const std::string& word) {
-  if (word == "exact") return HessianKind::kExact;
-  if (word == "gauss_newton") return HessianKind::kGaussNewton;
-  if (word == "limited_memory") return HessianKind::kLimitedMemory;
-  throw ArgumentError("solve: hessian: expected \"exact\", \"gauss_newton\" or \"limited_memory\", got \"" +
-                      word + "\"");
-}
-
-NlpMethod method_from(const std::string& word) {
-  for (const NlpMethod method : {NlpMethod::kAutomatic, NlpMethod::kRiccati, NlpMethod::kIpopt}) {
-    if (word == to_string(method)) return method;
-  }
-  throw ArgumentError("solve: method: expected \"automatic\", \"riccati\" or \"ipopt\", got \"" + word +
-                      "\"");
-}
 
 std::string words_of(const IterationRecord& now) {
   return "iteration " + std::to_string(now.iteration) + ", cost " + io::with_digits(now.objective, 6) +
@@ -44,9 +30,12 @@ std::string words_of(const IterationRecord& now) {
 std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p, std::optional<int> intervals,
                                                const std::optional<std::string>& scheme,
                                                const std::string& hessian, const std::string& method,
-                                               std::optional<bool> refine, double tolerance,
-                                               int max_iterations, bool compile, nb::handle progress) {
+                                               std::optional<bool> refine, bool compile, nb::handle progress,
+                                               const nb::kwargs& more) {
   SolveOptions options;
+  KeywordOptions given("solve", nb::type<PythonProblem>().attr("solve"), nb::find(p), more);
+  visit_options(options.solver, given);
+  given.finish();
   if (scheme)
     options.mesh.scheme = scheme_by_name(*scheme);
   else if (intervals)
@@ -54,11 +43,9 @@ std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p,
   const bool spans_all = options.mesh.scheme.spans_all;
   options.mesh.intervals = intervals.value_or(spans_all ? 1 : options.mesh.intervals);
   if (!intervals && !scheme) options.warm = p->earlier;
-  options.mesh.hessian = hessian_from(hessian);
+  options.mesh.hessian = io::chosen("solve: hessian", hessian, hessian_kinds());
   options.mesh.evaluation.route = compile ? Route::kTiered : Route::kInterpreter;
-  options.solver.method = method_from(method);
-  options.solver.tolerance = tolerance;
-  options.solver.max_iterations = max_iterations;
+  options.solver.method = io::chosen("solve: method", method, nlp_methods());
   const bool is_refined = refine.value_or(!intervals) && !spans_all;
   if (!is_refined) options.refinements = 0, options.is_graded = false;
   warn_of_unmet_demands(*p);
@@ -283,15 +270,15 @@ void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem)
   bind_motion(type);
   bind_found(type);
   bind_problem_sensitivities(module, type);
-  problem.def(
-      "solve", solve_problem, nb::arg("intervals") = nb::none(), nb::kw_only(),
-      nb::arg("scheme") = nb::none(), nb::arg("hessian") = "exact", nb::arg("method") = "automatic",
-      nb::arg("refine") = nb::none(), nb::arg("tolerance") = 1e-8, nb::arg("max_iterations") = 3000,
-      nb::arg("compile") = true, nb::arg("progress") = nb::none(),
-      nb::sig("def solve(self, intervals: int | None = None, *, scheme: str | None = None, hessian: str = "
-              "'exact', method: str = 'automatic', refine: bool | None = None, tolerance: float = 1e-08, "
-              "max_iterations: int = 3000, compile: bool = True, "
-              "progress: Progress = None) -> Solution"),
+  static KeywordTexts texts;  // nanobind keeps the signature's address
+  SolverOptions defaults;
+  visit_options(defaults, texts);
+  static const std::string signature =
+      "def solve(self, intervals: int | None = None, *, scheme: str | None = None, hessian: str = 'exact', "
+      "method: str = "
+      "'automatic', refine: bool | None = None, compile: bool = True, progress: Progress = None" +
+      texts.signature + ") -> Solution";
+  static const std::string text =
       "Solves and verifies.\n\n"
       "intervals: of the mesh.  None: the first mesh is coarse; refined until the motion is true and the "
       "cost does not change.\n"
@@ -299,16 +286,20 @@ void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem)
       "scheme: \"euler\", \"trapezoid\", \"hermite-simpson\", \"radau-3\", ...  None: \"hermite-simpson\" on "
       "given intervals, otherwise\n"
       "    \"radau-3\", whose controls may jump at nodes.\n"
-      "hessian: \"exact\", \"gauss_newton\" or \"limited_memory\".\n"
-      "method: \"riccati\" (dyntape's, stage by stage), \"ipopt\", or \"automatic\": riccati, and ipopt for "
-      "a "
-      "limited_memory Hessian.\n"
-      "    If a method gets stuck, the other one tries; `solution.method` tells which one found the motion.\n"
+      "hessian: " +
+      io::words_of(hessian_kinds()) + ".\nmethod: " + kNlpMethodsMeaning +
+      ".  `solution.method` is the one that found the motion.\n"
       "compile: machine code at once, and compiled C as soon as it is there.  False: interprets.\n"
-      "progress: is told in words how far the solve is.  Ctrl-C stops it.\n\n"
-      "Raises ArgumentError where the problem does not fit together, NumericalError where functions are not "
+      "progress: is called with a sentence on how far the solve is.  Ctrl-C stops it.\n" +
+      texts.lines +
+      "\nRaises ArgumentError where the problem does not fit together, NumericalError where functions are "
+      "not "
       "finite at\n"
-      "the start.  A solve that fails is no error: see `success` and `verdict`.");
+      "the start.  A solve that fails is no error: see `success` and `verdict`.";
+  problem.def("solve", solve_problem, nb::arg("intervals") = nb::none(), nb::kw_only(),
+              nb::arg("scheme") = nb::none(), nb::arg("hessian") = "exact", nb::arg("method") = "automatic",
+              nb::arg("refine") = nb::none(), nb::arg("compile") = true, nb::arg("progress") = nb::none(),
+              nb::arg("more"), nb::sig(signature.c_str()), text.c_str());
 }
 
 }  // namespace dyntape::python

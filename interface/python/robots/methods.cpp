@@ -32,7 +32,7 @@ std::string type_name(const std::string& name) {
   return result;
 }
 
-// What Python is told of a row of the table.
+// A row of the table, as Python sees it.
 struct Method {
   int row = 0;
   const char* name = nullptr;       // as Python spells it

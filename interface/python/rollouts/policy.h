@@ -13,24 +13,12 @@
 #include <optional>
 #include <string>
 
-#include <dyntape/dynamics/model/model.h>
+#include <dyntape/interface/run/rollout/policy_law.h>
+#include <dyntape/interface/run/rollout/scene_rollout.h>
 
 #include "../functions.h"
 
 namespace dyntape::python {
-
-// States of worlds from `first` on, a row each.
-struct PolicyRows {
-  std::size_t first = 0, count = 1;
-  const double* x = nullptr;
-  std::size_t stride_x = 0;
-};
-
-// Of one state: du/dx along increments of the moving frame (n_u x nt), du/dp (n_u x n_p).
-struct PolicySlopes {
-  Eigen::VectorXd u;
-  Eigen::MatrixXd by_x, by_p;
-};
 
 class Policy {
  public:
@@ -43,9 +31,9 @@ class Policy {
     return worlds_;
   }  // that parameters are given for; none: one row for all
 
-  void commands(const PolicyRows& rows, double* u) const;
+  void commands(const WorldRows& at, double* u) const;
   void derivatives(const dynamics::Model<double>& model, const double* x, std::size_t world,
-                   PolicySlopes& slopes) const;
+                   LawSlopes& slopes) const;
   // Makes what derivatives() needs; before the first of them, without the lock.
   void prepare_derivatives();
 

@@ -6,13 +6,9 @@
 #include <nanobind/stl/string.h>
 
 #include <algorithm>
-#include <limits>
 #include <vector>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/run/threads.h>
-#include <dyntape/interface/system/scene_system.h>
-
 #include "../scenes.h"
 #include "../watch.h"
 #include "policy.h"
@@ -36,7 +32,6 @@ struct Plan {
   Numbers x0, u;
   std::optional<Policy> policy = {};
   std::size_t x_stride = 0, u_stride = 0;  // doubles from world to world
-  Eigen::VectorXd times;                   // (steps) where each begins
 
   const double* start(std::size_t world) const { return x0.data + world * x_stride; }
   const double* command(std::size_t world, std::size_t step, std::size_t n_u) const {
@@ -85,9 +80,9 @@ void check_axes(const std::string& what, const Numbers& given, const std::string
 }
 
 // What the commands are: given, those of the scene, or of a policy.
-void plan_commands(Plan& plan, const Request& request, const SceneSteps& steps) {
-  const Scene& scene = steps.scene;
-  const int n_u = steps.first.n_u();
+void plan_commands(Plan& plan, const Request& request, const SceneRollout& steps) {
+  const Scene& scene = steps.scene();
+  const int n_u = steps.n_u();
   const std::string m = std::to_string(n_u);
   if (request.policy && !request.u.is_none())
     throw ArgumentError(request.call + ": u and policy both say what the motors do; expected one of them");
@@ -101,7 +96,7 @@ void plan_commands(Plan& plan, const Request& request, const SceneSteps& steps) 
       throw ArgumentError(std::string(request.call) + ": steps is " + std::to_string(plan.steps) +
                           "; expected at most 1e9");
     if (request.policy)
-      plan.policy.emplace(request.policy, request.parameters, request.call, steps.first.nx(), n_u);
+      plan.policy.emplace(request.policy, request.parameters, request.call, steps.n_x(), n_u);
     else
       plan.u = commands_of(scene, plan.steps, n_u);
     return;
@@ -114,9 +109,8 @@ void plan_commands(Plan& plan, const Request& request, const SceneSteps& steps) 
                         std::to_string(plan.steps));
 }
 
-Plan plan_of(const SceneSteps& steps, const Request& request) {
-  const Scene& scene = steps.scene;
-  const int nx = steps.first.nx(), n_u = steps.first.n_u();
+Plan plan_of(const SceneRollout& steps, const Request& request) {
+  const int nx = steps.n_x(), n_u = steps.n_u();
   Plan plan;
   plan.nx = static_cast<std::size_t>(nx);
   plan.x0 = numbers(request.x0, "rollout: x0");
@@ -130,7 +124,6 @@ Plan plan_of(const SceneSteps& steps, const Request& request) {
   if (plan.x0.size() > static_cast<std::size_t>(nx)) plan.x_stride = static_cast<std::size_t>(nx);
   const std::size_t of_world = plan.steps * static_cast<std::size_t>(n_u);
   if (plan.u.size() > of_world) plan.u_stride = of_world;
-  plan.times = Eigen::VectorXd::LinSpaced(Eigen::Index(plan.steps), 0, double(plan.steps) - 1) * scene.step;
   return plan;
 }
 
@@ -142,96 +135,55 @@ Shape shape_of(const Plan& plan, std::initializer_list<std::ptrdiff_t> of_step) 
   return shape;
 }
 
-// Worlds that a thread takes at a time: a multiple of all lanes.
-constexpr std::size_t kWorlds = 16;
-
 // Numbers of all states that are computed before anybody could press a key.
 constexpr std::size_t kBriefNumbers = 8192;
 
 using RolloutPart = std::function<void(std::size_t first, std::size_t count, const std::stop_token& stop)>;
 
-void in_parts(const Plan& plan, std::size_t at_a_time, const RolloutPart& part) {
+void in_parts(const SceneRollout& steps, const Plan& plan, const RolloutPart& part) {
   interruptible(plan.worlds * plan.steps * plan.nx > kBriefNumbers, [&](const std::stop_token& stop) {
-    codegen::run_tasks((plan.worlds + at_a_time - 1) / at_a_time, [&](std::size_t k) {
-      const std::size_t first = k * at_a_time;
-      if (!stop.stop_requested()) part(first, std::min(at_a_time, plan.worlds - first), stop);
+    steps.in_parts(plan.worlds, [&](std::size_t first, std::size_t count) {
+      if (!stop.stop_requested()) part(first, count, stop);
     });
   });
 }
 
 nb::object rollout(const PythonScene& self, nb::handle x0, nb::handle u, std::optional<std::size_t> n_steps,
                    std::shared_ptr<const RecordedFunction> policy, nb::handle parameters) {
-  SceneSteps& steps = self.steps(false);
+  SceneRollout& steps = self.steps(false);
   const Plan plan = plan_of(steps, {"rollout", x0, u, n_steps, std::move(policy), parameters});
-  const auto nx = static_cast<std::size_t>(steps.first.nx()),
-             n_u = static_cast<std::size_t>(steps.first.n_u());
+  const auto n_u = static_cast<std::size_t>(steps.n_u());
   double* states = nullptr;
-  nb::object result = new_array(shape_of(plan, {steps.first.nx()}), states);
-  const std::size_t of_world = plan.steps * nx;
-  in_parts(plan, kWorlds, [&](std::size_t first, std::size_t count, const std::stop_token& stop) {
-    const auto stepper = steps.pool.take([&] { return steps.stepper(); });
+  nb::object result = new_array(shape_of(plan, {steps.n_x()}), states);
+  in_parts(steps, plan, [&](std::size_t first, std::size_t count, const std::stop_token& stop) {
     std::vector<double> of_policy(plan.policy ? count * n_u : 0);
-    for (std::size_t k = 0; k < plan.steps && !stop.stop_requested(); ++k) {
-      StateRows rows;
-      rows.count = count;
-      rows.t = &plan.times[Eigen::Index(k)], rows.stride_t = 0;
-      rows.x = k == 0 ? plan.start(first) : states + first * of_world + (k - 1) * nx;
-      rows.stride_x = k == 0 ? plan.x_stride : of_world;
-      if (plan.policy) {
-        plan.policy->commands({first, count, rows.x, rows.stride_x}, of_policy.data());
-        rows.u = of_policy.data(), rows.stride_u = n_u;
-      } else {
-        rows.u = plan.command(first, k, n_u), rows.stride_u = plan.u_stride;
-      }
-      rows.x_next = states + first * of_world + k * nx, rows.stride_next = of_world;
-      stepper->steps(steps.scene.step, rows);  // what fails is NaN from here on, in its own rows
-    }
+    const auto law = [&](long k, const WorldRows& at) {
+      if (!plan.policy)
+        return CommandRows{plan.command(at.first, static_cast<std::size_t>(k), n_u), plan.u_stride};
+      plan.policy->commands(at, of_policy.data());
+      return CommandRows{of_policy.data(), n_u};
+    };
+    steps.run({first, count, plan.start(first), plan.x_stride}, static_cast<long>(plan.steps), law,
+              states + first * plan.steps * plan.nx, stop);
   });
   return result;
 }
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// One world: its states, and the rows of each step one below the other.
-struct WorldSlopes {
-  WorldSlopes(Eigen::Index steps, Eigen::Index nt, Eigen::Index n_u, Eigen::Index n_p)
-      : A(steps * nt, nt), B(steps * nt, n_u), by_x(steps * n_u, nt), by_p(steps * n_u, n_p) {}
-
-  RowMajor A, B;        // dx'/dx, dx'/du of the open loop
-  RowMajor by_x, by_p;  // du/dx, du/dp of the policy
-};
-
-// NaN from a step that failed on.
-void roll_world(SceneSteps& steps, const Plan& plan, std::size_t world, double* states, WorldSlopes& slopes,
-                const std::stop_token& stop) {
-  const int nx = steps.first.nx(), nt = steps.first.nt(), n_u = steps.first.n_u();
-  const auto stepper = steps.pool.take([&] { return steps.stepper(); });
-  Eigen::VectorXd x = Eigen::VectorXd::Map(plan.start(world), nx), next(nx);
-  Eigen::MatrixXd A, B, P;
-  PolicySlopes of_policy;
-  bool goes_on = true;
-  for (std::size_t k = 0; k < plan.steps && !stop.stop_requested(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    const double* u = plan.policy ? nullptr : plan.command(world, k, static_cast<std::size_t>(n_u));
-    if (plan.policy && goes_on) {
-      plan.policy->derivatives(steps.scene.robot.model, x.data(), world, of_policy);
-      u = of_policy.u.data();
-    }
-    goes_on = goes_on && stepper->jacobians(plan.times[row], steps.scene.step, x.data(), u, nullptr,
-                                            next.data(), A, B, P);
-    if (!goes_on) {
-      const double none = std::numeric_limits<double>::quiet_NaN();
-      next.setConstant(none), A.setConstant(nt, nt, none), B.setConstant(nt, n_u, none);
-    }
-    Eigen::VectorXd::Map(states + row * nx, nx) = next;
-    slopes.A.middleRows(row * nt, nt) = A;
-    slopes.B.middleRows(row * nt, nt) = B;
-    if (plan.policy) {
-      slopes.by_x.middleRows(row * n_u, n_u) = of_policy.by_x;
-      slopes.by_p.middleRows(row * n_u, n_u) = of_policy.by_p;
-    }
-    x = next;
-  }
+WorldSlopes roll_world(SceneRollout& steps, const Plan& plan, std::size_t world, double* states,
+                       const std::stop_token& stop) {
+  const int n_u = steps.n_u();
+  const auto n = static_cast<Eigen::Index>(plan.steps);
+  WorldSlopes slopes(n, steps.n_t(), n_u, plan.policy ? static_cast<Eigen::Index>(plan.policy->n_p()) : 0);
+  LawSlopes of_law;
+  const auto law = [&](long k, const double* x) -> const double* {
+    if (!plan.policy) return plan.command(world, static_cast<std::size_t>(k), static_cast<std::size_t>(n_u));
+    plan.policy->derivatives(steps.scene().robot.model, x, world, of_law);
+    slopes.by_x.middleRows(k * n_u, n_u) = of_law.by_x;
+    slopes.by_p.middleRows(k * n_u, n_u) = of_law.by_p;
+    return of_law.u.data();
+  };
+  steps.run(plan.start(world), n, law, states, slopes, stop);
+  return slopes;
 }
 
 // Parameters of the policy, or none.
@@ -246,23 +198,22 @@ void prepare(Plan& plan) {
 nb::tuple rollout_jacobians(const PythonScene& self, nb::handle x0, nb::handle u,
                             std::optional<std::size_t> n_steps,
                             std::shared_ptr<const RecordedFunction> policy, nb::handle parameters) {
-  SceneSteps& steps = self.steps(true);
+  SceneRollout& steps = self.steps(true);
   Plan plan = plan_of(steps, {"rollout_jacobians", x0, u, n_steps, std::move(policy), parameters});
   prepare(plan);
-  const int nt = steps.first.nt(), n_u = steps.first.n_u();
+  const int nt = steps.n_t(), n_u = steps.n_u();
   const Eigen::Index n_p = parameters_of(plan), columns = plan.policy ? n_p : n_u;
   double *states = nullptr, *by_x = nullptr, *by_u = nullptr;
-  nb::object x = new_array(shape_of(plan, {steps.first.nx()}), states);
+  nb::object x = new_array(shape_of(plan, {steps.n_x()}), states);
   nb::object A = new_array(shape_of(plan, {nt, nt}), by_x);
   nb::object B = new_array(shape_of(plan, {nt, columns}), by_u);
   const auto n = static_cast<Eigen::Index>(plan.steps);
-  in_parts(plan, 1, [&](std::size_t world, std::size_t, const std::stop_token& stop) {
+  in_parts(steps, plan, [&](std::size_t world, std::size_t, const std::stop_token& stop) {
     const auto row = static_cast<Eigen::Index>(world) * n;
-    WorldSlopes slopes(n, nt, n_u, n_p);
-    roll_world(steps, plan, world, states + row * steps.first.nx(), slopes, stop);
+    const WorldSlopes slopes = roll_world(steps, plan, world, states + row * steps.n_x(), stop);
     if (stop.stop_requested()) return;
-    auto whole_A = RowMajor::Map(by_x + row * nt * nt, n * nt, nt);
-    auto whole_B = RowMajor::Map(by_u + row * nt * columns, n * nt, columns);
+    auto whole_A = WorldSlopes::Rows::Map(by_x + row * nt * nt, n * nt, nt);
+    auto whole_B = WorldSlopes::Rows::Map(by_u + row * nt * columns, n * nt, columns);
     whole_A = slopes.A;
     if (!plan.policy) whole_B = slopes.B;
     for (Eigen::Index k = 0; plan.policy && k < n; ++k) {
@@ -272,31 +223,6 @@ nb::tuple rollout_jacobians(const PythonScene& self, nb::handle x0, nb::handle u
     }
   });
   return nb::make_tuple(x, A, B);
-}
-
-// Slopes of a cost by the states and by the commands of one world, a row a step.
-struct CostRows {
-  Eigen::Map<const RowMajor> by_x, by_u;  // no rows where the cost does not depend on them
-};
-
-// With g_k = c_k + B_k^T lambda_k of the commands, lambda_k = w_k + A_{k+1}^T lambda_{k+1}, of a policy also + F^T g_{k+1}.
-// Slopes are by u, or by the parameters.
-void sweep_back(const WorldSlopes& s, const CostRows& cost, bool closed, Eigen::VectorXd& by_x0,
-                RowMajor& by_u, Eigen::VectorXd& by_p) {
-  const Eigen::Index nt = cost.by_x.cols(), n_u = s.B.cols(), steps = s.A.rows() / nt;
-  Eigen::VectorXd lambda = Eigen::VectorXd::Zero(nt);
-  by_p = Eigen::VectorXd::Zero(s.by_p.cols());
-  for (Eigen::Index k = steps; k-- > 0;) {
-    if (cost.by_x.rows() > 0) lambda += cost.by_x.row(k).transpose();
-    Eigen::VectorXd g = s.B.middleRows(k * nt, nt).transpose() * lambda;
-    if (cost.by_u.rows() > 0) g += cost.by_u.row(k).transpose();
-    by_u.row(k) = g.transpose();
-    lambda = (s.A.middleRows(k * nt, nt).transpose() * lambda).eval();
-    if (!closed) continue;
-    lambda += s.by_x.middleRows(k * n_u, n_u).transpose() * g;
-    by_p += s.by_p.middleRows(k * n_u, n_u).transpose() * g;
-  }
-  by_x0 = lambda;
 }
 
 Shape without_steps(Shape shape) {
@@ -311,10 +237,10 @@ nb::tuple rollout_gradient(const PythonScene& self, nb::handle x0, nb::handle u,
     throw ArgumentError(
         "rollout_gradient: weights and command_weights are None; expected an array of numbers in one of "
         "them");
-  SceneSteps& steps = self.steps(true);
+  SceneRollout& steps = self.steps(true);
   Plan plan = plan_of(steps, {"rollout_gradient", x0, u, n_steps, std::move(policy), parameters});
   prepare(plan);
-  const int nx = steps.first.nx(), nt = steps.first.nt(), n_u = steps.first.n_u();
+  const int nx = steps.n_x(), nt = steps.n_t(), n_u = steps.n_u();
   const Eigen::Index n_p = parameters_of(plan);
   Numbers w, c;
   if (!weights.is_none()) w = numbers(weights, "rollout_gradient: weights", shape_of(plan, {nt}));
@@ -326,59 +252,27 @@ nb::tuple rollout_gradient(const PythonScene& self, nb::handle x0, nb::handle u,
   const Shape of_commands = plan.policy ? without_steps(shape_of(plan, {n_p})) : shape_of(plan, {n_u});
   nb::object commands = new_array(of_commands, by_command);
   const auto n = static_cast<Eigen::Index>(plan.steps);
-  in_parts(plan, 1, [&](std::size_t world, std::size_t, const std::stop_token& stop) {
+  in_parts(steps, plan, [&](std::size_t world, std::size_t, const std::stop_token& stop) {
     const auto at = static_cast<Eigen::Index>(world), row = at * n;
-    WorldSlopes slopes(n, nt, n_u, n_p);
-    roll_world(steps, plan, world, states + row * nx, slopes, stop);
+    const WorldSlopes slopes = roll_world(steps, plan, world, states + row * nx, stop);
     if (stop.stop_requested()) return;
-    const CostRows cost{{w.data ? w.data + row * nt : nullptr, w.data ? n : 0, nt},
-                        {c.data ? c.data + row * n_u : nullptr, c.data ? n : 0, n_u}};
-    Eigen::VectorXd of_x0, of_p;
-    RowMajor of_u(n, n_u);
-    sweep_back(slopes, cost, plan.policy.has_value(), of_x0, of_u, of_p);
-    Eigen::VectorXd::Map(by_x0 + at * nt, nt) = of_x0;
+    const auto rows_of = [&](const Numbers& given, Eigen::Index entries) {
+      return Eigen::MatrixXd::Map(given.data ? given.data + row * entries : nullptr, entries,
+                                  given.data ? n : 0);
+    };
+    const WorldGradient g = gradient_of(slopes, rows_of(w, nt), rows_of(c, n_u), plan.policy.has_value());
+    Eigen::VectorXd::Map(by_x0 + at * nt, nt) = g.start;
     if (plan.policy)
-      Eigen::VectorXd::Map(by_command + at * n_p, n_p) = of_p;
+      Eigen::VectorXd::Map(by_command + at * n_p, n_p) = g.parameters;
     else
-      RowMajor::Map(by_command + row * n_u, n, n_u) = of_u;
+      Eigen::MatrixXd::Map(by_command + row * n_u, n_u, n) = g.commands;
   });
   return nb::make_tuple(x, start, commands);
 }
 
-// Several states in registers, of explicit schemes.
-CodegenOptions options_of(const Scene& scene, const std::stop_token& stop) {
-  CodegenOptions options = scene.evaluation;
-  options.stop = stop;
-  const bool is_explicit =
-      scene.integrator == Integrator::kRungeKutta4 || scene.integrator == Integrator::kSemiImplicitEuler;
-  if (is_explicit) options.lanes = Lanes::kNative;
-  return options;
-}
-
-void check_can_roll(const Scene& scene) {
-  if (scene.robot.constraints.rigid.empty()) return;
-  throw ArgumentError(
-      "rollout: scene \"" + scene.name +
-      "\" has rigid contacts or hard limits, whose steps depend on each other; expected a scene "
-      "without them, or simulate()");
-}
-
 }  // namespace
 
-SceneSteps::SceneSteps(const Scene& of, bool jacobians, const std::stop_token& stop)
-    : scene(of),
-      options(options_of(of, stop)),
-      with_jacobians(jacobians),
-      first(system_of(of.robot), of.integrator, options, jacobians, 1, of.tolerances) {}
-
-std::unique_ptr<Stepper> SceneSteps::stepper() const {
-  if (!with_jacobians) return std::make_unique<Stepper>(first.twin());
-  return std::make_unique<Stepper>(system_of(scene.robot), scene.integrator, options, true, 1,
-                                   scene.tolerances);
-}
-
-SceneSteps& PythonScene::steps(bool with_jacobians) const {
-  check_can_roll(scene);
+SceneRollout& PythonScene::steps(bool with_jacobians) const {
   auto& steps = steps_[with_jacobians];
   bool is_made = false;
   {
@@ -389,7 +283,7 @@ SceneSteps& PythonScene::steps(bool with_jacobians) const {
   if (!is_made) {
     watched(nb::none(), [&](const Watch& watch) {
       const std::scoped_lock lock(mutex_);
-      if (!steps) steps = std::make_unique<SceneSteps>(scene, with_jacobians, watch.stop);
+      if (!steps) steps = std::make_unique<SceneRollout>(scene, with_jacobians, watch.stop);
     });
   }
   return *steps;
@@ -397,10 +291,10 @@ SceneSteps& PythonScene::steps(bool with_jacobians) const {
 
 void bind_rollouts(nb::class_<PythonScene>& scene) {
   scene.def_prop_ro(
-      "nx", [](const PythonScene& s) { return s.steps(false).first.nx(); },
+      "nx", [](const PythonScene& s) { return s.steps(false).n_x(); },
       "Entries of a state x = (q, v, motors with a lag).");
   scene.def_prop_ro(
-      "nu", [](const PythonScene& s) { return s.steps(false).first.n_u(); }, "Entries of a command u.");
+      "nu", [](const PythonScene& s) { return s.steps(false).n_u(); }, "Entries of a command u.");
   scene.def(
       "rollout", rollout, nb::arg("x0"), nb::arg("u") = nb::none(), nb::kw_only(),
       nb::arg("steps") = nb::none(), nb::arg("policy") = nb::none(), nb::arg("parameters") = nb::none(),
@@ -418,8 +312,9 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
       "are shared out among the threads of the process, and none depends on another.  A world that diverges "
       "is NaN from\n"
       "there on.  Ctrl-C stops it.\n\n"
-      "Raises ArgumentError for wrong shapes and for scenes with rigid contacts or hard limits, "
-      "GuardViolation where a\n"
+      "Worlds with rigid contacts or hard limits run one by one.\n\n"
+      "Raises ArgumentError for wrong shapes and for a world that starts below its ground, GuardViolation "
+      "where a\n"
       "policy leaves the branch that was recorded.\n\n"
       ">>> scene = dyntape.Scene(\"config/scenes/pendulum.info\")\n"
       ">>> f = dyntape.record(lambda x, p: [-p[0] * x[0] - p[1] * x[1]], 2, 2)\n"
@@ -435,7 +330,9 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
             "B = dx'/du (worlds, steps, nt, nu); increments of q in the moving frame on both sides, nt = 2 "
             "nv + lagged\n"
             "motors.  With a policy A is that of the closed loop, and B = dx'/dparameters (worlds, steps, "
-            "nt, n_p).");
+            "nt, n_p).\n"
+            "Raises ArgumentError for scenes with rigid contacts or hard limits: derivatives of impacts are "
+            "not computed.");
   scene.def(
       "rollout_gradient", rollout_gradient, nb::arg("x0"), nb::arg("u") = nb::none(),
       nb::arg("weights") = nb::none(), nb::kw_only(), nb::arg("steps") = nb::none(),
@@ -449,7 +346,7 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
       "back:\n"
       "x (worlds, steps, nx), (worlds, nt), (worlds, steps, nu).  With a policy the last is by its "
       "parameters,\n"
-      "(worlds, n_p); those that all worlds share have the sum of these as their slope.\n\n"
+      "(worlds, n_p); the slope of a shared parameter is the sum over the worlds.\n\n"
       "weights: (worlds, steps, nt), by default zero, slopes of a cost by the states, along the tangent "
       "where q has more "
       "entries than v.\n"

@@ -59,6 +59,24 @@ double right_margin(const Panel& panel) {
   return margin;
 }
 
+// Panels below each other have frames of one width, so that their times are in line: the margin of each panel.
+std::vector<double> right_margins(const Plot& plot) {
+  std::vector<double> margins, of_column(std::size_t(plot.columns), kRight);
+  std::vector<std::size_t> columns;
+  std::size_t column = 0;
+  for (const Panel& panel : plot.panels) {
+    if (panel.wide || panel.starts_row || column == of_column.size()) column = 0;
+    columns.push_back(column);
+    margins.push_back(right_margin(panel));
+    if (!panel.wide) of_column[column] = std::max(of_column[column], margins.back());
+    column = panel.wide ? of_column.size() : column + 1;
+  }
+  for (std::size_t i = 0; i < margins.size(); ++i) {
+    if (!plot.panels[i].wide) margins[i] = of_column[columns[i]];
+  }
+  return margins;
+}
+
 double head_height(const Panel& panel, size_t legend_rows) {
   return kTop + kHeadRow * (static_cast<double>(legend_rows) + (panel.title.empty() ? 0 : 1));
 }
@@ -90,6 +108,7 @@ std::string shortened(const std::string& text, double size, double width) {
 Layout arrange(const Plot& plot) {
   Layout layout;
   const double cell = static_cast<double>(plot.width) / plot.columns;
+  const std::vector<double> margins = right_margins(plot);
   double y = plot.title.empty() ? 6 : kTitleRow + 6;
   if (plot.one_legend) {
     layout.legend = legend_of_all(plot);
@@ -104,7 +123,7 @@ Layout arrange(const Plot& plot) {
       const Panel& panel = plot.panels[i];
       if ((panel.wide || panel.starts_row) && column > 0) break;
       const double left = column * cell + kLeft,
-                   right = (panel.wide ? plot.width : (column + 1) * cell) - right_margin(panel);
+                   right = (panel.wide ? plot.width : (column + 1) * cell) - margins[i];
       Place place{{left, 0, right, 0}, y + kTop, {}};
       if (!plot.one_legend) place.legend = legend_rows(panel, i, left, right - left);
       head = std::max(head, head_height(panel, place.legend.size()));

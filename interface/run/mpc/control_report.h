@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What a closed loop came to, whatever it steered: told on a terminal, to programs, and as a picture.
+// The result of a closed loop of any plant: for a terminal, as JSON, and as a picture.
 //
 //   ControlReport report = control_task(task);          // mpc_task.h, centroidal_task.h
 //   std::cout << report.text();

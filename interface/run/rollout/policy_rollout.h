@@ -24,8 +24,11 @@
 // over the threads of the process and the lanes of a register; the bits of a world do not depend on the others.  Time and memory
 // are linear in worlds times steps; a gradient stores the Jacobians of one world per thread and takes one sweep back.
 //
-// Errors.  ArgumentError: a scene with rigid contacts or hard limits; a policy of other sizes than the scene's
-// states and commands; starts, parameters or weights of another shape.  GuardViolation: a finite state takes another branch of
+// Worlds with rigid contacts or hard limits run one by one; gradients of such scenes are refused, since impacts have no
+// derivatives here.
+//
+// Errors.  ArgumentError: gradients of a scene with rigid contacts or hard limits; a world that starts below its
+// ground; a policy of other sizes than the scene's states and commands; starts, parameters or weights of another shape.  GuardViolation: a finite state takes another branch of
 // the policy than its recording.
 #pragma once
 

@@ -7,7 +7,7 @@
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/run/simulate/scene_stepper.h>
+#include <dyntape/interface/run/simulate/scene_start.h>
 #include <dyntape/interface/run/simulate/simulate.h>
 
 namespace dyntape {
@@ -18,37 +18,47 @@ using Eigen::VectorXd;
 
 constexpr double kNearby = 1e-8;
 
+// Each step in so many parts, with the commands of the whole step.
+struct PartedSteps {
+  bool step(const StepTime& s, const VectorXd& u) {
+    const double h = s.h / parts;
+    for (int part = 0; part < parts; ++part) {
+      if (!motion.step({s.k, s.t + part * h, h}, u)) return false;
+      motion.advance();
+    }
+    return true;
+  }
+  void advance() {}
+
+  RobotStepper& motion;
+  int parts;
+};
+
 // A motion without its energies: states halfway and at the end.
 class BareRun {
  public:
   BareRun(const Scene& scene, const Tolerances& tolerances, const std::stop_token& stop)
-      : scene_(scene), stop_(stop), stepper_(scene, with_stop(scene.evaluation, stop), tolerances) {}
+      : scene_(scene),
+        stop_(stop),
+        motion_(scene.robot, scene.integrator, with_stop(scene.evaluation, stop), tolerances) {}
 
   struct States {
     VectorXd halfway, end;
   };
   // Each step in so many parts.  ArgumentError where one is not made.
-  States from(VectorXd x, int parts) {
-    stepper_.start(x);
-    const double h = scene_.step / parts;
-    const long steps = scene_.steps();
-    States states;
-    for (long k = 0; k < steps; ++k) {
-      if (k == steps / 2) states.halfway = x;
-      if (stop_.stop_requested()) throw ArgumentError("interrupted");
-      const double t = double(k) * scene_.step;
-      const VectorXd u = scene_.commands.at(t + scene_.step / 2, x);
-      for (int part = 0; part < parts; ++part) step(t + part * h, h, u, x);
-    }
-    states.end = x;
-    return states;
+  States from(const VectorXd& x, int parts) {
+    motion_.start(x);
+    halfway_.resize(0);
+    PartedSteps parted{motion_, parts};
+    const auto commands = [&](const StepTime& s) { return scene_.commands.at(s.t + s.h / 2, motion_.x()); };
+    if (run(parted, {.to = scene_.steps(), .h = scene_.step}, commands, *this) < scene_.steps())
+      throw ArgumentError(stop_.stop_requested() ? "interrupted" : motion_.why());
+    return {halfway_, motion_.x()};
   }
 
-  void step(double t, double h, const VectorXd& u, VectorXd& x) {
-    std::string why;
-    next_.resize(x.size());
-    if (!stepper_.step(t, h, x, u, next_, &why)) throw ArgumentError(why);
-    x.swap(next_);
+  bool goes_on(const StepTime& s) {
+    if (s.k == scene_.steps() / 2) halfway_ = motion_.x();
+    return !stop_.stop_requested();
   }
 
  private:
@@ -59,8 +69,8 @@ class BareRun {
 
   const Scene& scene_;
   std::stop_token stop_;
-  SceneStepper stepper_;
-  VectorXd next_;
+  RobotStepper motion_;
+  VectorXd halfway_;
 };
 
 // (2 nv) increments from a to b: of q in its moving frame, and of v.

@@ -24,11 +24,6 @@ struct Look {
 
 bool is_look(const Scene& scene, long step);
 
-// Limits, squared (m, rad, m/s, rad/s), beyond which no real motion is although its energy is still a number; and
-// the sentence for such a state.
-constexpr double kBeyond = 1e100;
-constexpr const char* kUnbounded = "the motion grows without bound; take shorter steps";
-
 // The reason why a motion ends at t: too long steps at that time, or else the message of the step.
 std::string trouble_of_step(const Scene& scene, double t, const Eigen::VectorXd& x, const std::string& why);
 

@@ -63,10 +63,10 @@ VectorXd RigidAccount::mean_velocities(RigidFunctions& functions, const RigidPie
   return functions.near(x).u;
 }
 
-void RigidAccount::add(RigidStepper& rigid, const VectorXd& u, double h) {
+void RigidAccount::add(RigidStepper& rigid, const VectorXd& u, double h, const VectorXd& p) {
   reactions_.setZero();
   for (const RigidPiece& piece : rigid.pieces()) {
-    work_.topRows(flows_) += of_steps_.between({piece.begin, piece.middle, piece.end}, u, piece.h);
+    work_.topRows(flows_) += of_steps_.between({piece.begin, piece.middle, piece.end}, u, piece.h, p);
     add_rows(piece.h * piece.forces.cwiseProduct(mean_velocities(rigid.functions(), piece, u)));
     reactions_ += piece.h / h * piece.forces;
   }

@@ -3,7 +3,7 @@
 // The work of all forces along steps with rigid contacts, and the contacts' reactions.
 //
 //   RigidAccount account(scene, energy_meter);
-//   account.add(rigid, u, h);                        // after each step of a RigidStepper
+//   account.add(rigid, u, h, p);                     // after each step of a RigidStepper; p: parameters of the scene
 //   account.work()                                   // (J) since the start, unstored: the meter's flows, rigid contacts,
 //                                                    //   hard limits; of each mechanism
 //   account.reactions()                              // (m) mean forces of the rows over the last step (N, N m)
@@ -24,7 +24,7 @@ class RigidAccount {
   // The flows besides those of the meter that the scene has.
   static std::vector<std::string> names(const SceneConstraints& constraints);
 
-  void add(RigidStepper& rigid, const Eigen::VectorXd& u, double h);
+  void add(RigidStepper& rigid, const Eigen::VectorXd& u, double h, const Eigen::VectorXd& p = {});
 
   const Eigen::MatrixXd& work() const { return work_; }
   const Eigen::VectorXd& reactions() const { return reactions_; }

@@ -9,7 +9,23 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kHalvings = 2;  // of a step: feet that hit the floor hard
+// A step that has no solution becomes two of half the length: feet that hit the floor hard.
+struct HalvedSteps {
+  bool step(const StepTime& s, const VectorXd& u) { return step(s, u, 2); }
+  void advance() {}
+
+  bool step(const StepTime& s, const VectorXd& u, int halvings) {
+    if (motion.step(s, u)) {
+      motion.advance();
+      return true;
+    }
+    const double half = s.h / 2;
+    return halvings > 0 && step({s.k, s.t, half}, u, halvings - 1) &&
+           step({s.k, s.t + half, half}, u, halvings - 1);
+  }
+
+  RobotStepper& motion;
+};
 
 }  // namespace
 
@@ -17,36 +33,24 @@ ScenePlant::ScenePlant(const Scene& scene, const VectorXd& start)
     : scene_(scene),
       commands_(Eigen::Index(actuated_dofs(scene.robot).size())),
       moving_(start.size()),
-      stepper_(scene_, scene.evaluation),
-      x_(VectorXd::Zero(stepper_.stepper.nx())),
-      next_(x_) {
-  x_.head(moving_) = start;
-  stepper_.start(x_);
-}
-
-// A step, or two of half the length where it has no solution.
-bool ScenePlant::advance(double t, double h, const VectorXd& u, int halvings, std::string& why) {
-  if (stepper_.step(t, h, x_, u, next_, &why)) {
-    x_.swap(next_);
-    return true;
-  }
-  return halvings > 0 && advance(t, h / 2, u, halvings - 1, why) &&
-         advance(t + h / 2, h / 2, u, halvings - 1, why);
+      motion_(stepper_of(scene_, scene.evaluation)) {
+  VectorXd x = VectorXd::Zero(motion_.stepper().nx());  // with motors
+  x.head(moving_) = start;
+  motion_.start(x);
 }
 
 std::string ScenePlant::move(VectorXd& x, double from, double to,
                              const std::function<VectorXd(double t)>& control) {
-  x_.head(moving_) = x;
+  VectorXd whole = motion_.x();
+  whole.head(moving_) = x;
+  motion_.move_to(whole);
   const long steps = std::max(1L, std::lround(std::ceil((to - from) / scene_.step * (1 - 1e-9))));
   const double h = (to - from) / double(steps);
-  std::string why;
-  for (long k = 0; k < steps; ++k) {
-    const double t = from + double(k) * h;
-    const VectorXd u = control(t).head(commands_);
-    if (!advance(t, h, u, kHalvings, why)) return why;
-  }
-  x = x_.head(moving_);
-  return x.allFinite() ? "" : "its state is no longer finite";
+  HalvedSteps halved{motion_};
+  const auto commands = [&](const StepTime& s) { return VectorXd(control(s.t).head(commands_)); };
+  if (run(halved, {.to = steps, .h = h, .start = from}, commands) < steps) return motion_.why();
+  x = motion_.x().head(moving_);
+  return "";
 }
 
 }  // namespace dyntape

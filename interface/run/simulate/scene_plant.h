@@ -14,7 +14,7 @@
 
 #include <functional>
 
-#include <dyntape/interface/run/simulate/scene_stepper.h>
+#include <dyntape/interface/run/simulate/scene_start.h>
 
 namespace dyntape {
 
@@ -27,12 +27,9 @@ class ScenePlant {
                    const std::function<Eigen::VectorXd(double t)>& control);
 
  private:
-  bool advance(double t, double h, const Eigen::VectorXd& u, int halvings, std::string& why);
-
   Scene scene_;
   Eigen::Index commands_, moving_;  // driven joints, entries of (q, v)
-  SceneStepper stepper_;
-  Eigen::VectorXd x_, next_;  // with motors
+  RobotStepper motion_;
 };
 
 }  // namespace dyntape

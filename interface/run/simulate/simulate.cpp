@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <optional>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
@@ -11,8 +10,8 @@
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/run/simulate/accuracy_warnings.h>
-#include <dyntape/interface/run/simulate/rigid_account.h>
-#include <dyntape/interface/run/simulate/scene_stepper.h>
+#include <dyntape/interface/run/simulate/motion_account.h>
+#include <dyntape/interface/run/simulate/scene_start.h>
 #include <dyntape/interface/run/simulate/stability.h>
 #include <dyntape/interface/system/assembly.h>
 
@@ -34,138 +33,88 @@ CodegenOptions watched(const Scene& scene, const SimulationWatch& watch) {
   return options;
 }
 
-// How far rigid contacts and stops may be passed: a thousandth of the robot's length, of joints that turn 1e-3 rad.
-VectorXd most_penetrations(const RobotScene& scene) {
-  constexpr double kShare = 1e-3;
-  double length = 0, reach = 0;
-  for (const auto& placement : scene.model.X_PJ) length += placement.p.norm();
-  for (const auto& contact : scene.constraints.rigid.contacts)
-    reach = std::max(reach, contact.X_BF.p.norm() + contact.radius);
-  VectorXd most = VectorXd::Constant(Eigen::Index(scene.constraints.rigid.size()), kShare * (length + reach));
-  Eigen::Index row = Eigen::Index(scene.constraints.rigid.contacts.size());
-  for (const auto& stop : scene.constraints.rigid.stops) {
-    for (const auto& joint : scene.model.joints) {
-      if (joint.idx_v == stop.idx_v && dynamics::traits(joint.type).has_angle) most[row] = kShare;
-    }
-    ++row;
-  }
-  return most;
-}
-
-// One run of a scene: the state that moves, and what is noted of it.
+// One run of a scene, and an observer of it: samples, places where the steps are checked, progress.
 class SceneRun {
  public:
   SceneRun(const Scene& scene, const SimulationWatch& watch)
       : scene_(scene),
         watch_(watch),
-        steps_(scene, watched(scene, watch)),
+        steps_(stepper_of(scene, watched(scene, watch))),
         meter_(scene.robot, watched(scene, watch)),
-        account_(scene, meter_.layout(), [this](const MatrixXd& work) { note_work(work); }) {
+        account_(scene, meter_.layout(), [this](const MatrixXd& work) { note_work(work); }),
+        of_motion_(scene, meter_, steps_, account_),
+        depth_(scene.robot, steps_, scene.step) {
     const SceneStart start = start_of(scene);
     motion_.assembled_by = start.assembled_by, motion_.slowed_by = start.slowed_by;
-    x_ = next_ = start.x;
-    steps_.start(x_);
+    steps_.start(start.x);
     for (const std::string& name : meter_.layout().flows) motion_.flows.push_back({name, {}, {}});
-    if (!steps_.rigid) {
-      work_.emplace(scene, meter_, steps_.stepper);
-      return;
-    }
-    of_rigid_.emplace(scene, meter_);
-    most_penetrations_ = most_penetrations(scene.robot);
+    if (!steps_.rigid()) return;
     for (const std::string& name : RigidAccount::names(scene.robot.constraints))
       motion_.flows.push_back({name, {}, {}});
   }
 
   SimulatedMotion result() {
     const auto begin = Clock::now();
-    const long steps = scene_.steps();
-    note(0);
-    while (motion_.steps < steps && goes_on(motion_.steps, steps) && step()) note(motion_.steps);
+    of_motion_.start(scene_.commands.at(0, steps_.x()));
+    depth_.reached(0), reached(0);
+    const auto commands = [this](const StepTime& s) { return scene_.commands.at(s.t + s.h / 2, steps_.x()); };
+    const StepRange range{.to = scene_.steps(), .h = scene_.step};
+    motion_.steps = run(steps_, range, commands, *this, of_motion_, depth_);
+    if (motion_.steps < range.to) note_end(range.at(motion_.steps).t);
     motion_.balances = account_.finish();
-    if (of_rigid_) motion_.impacts = of_rigid_->impacts();
+    motion_.deepest = depth_.deepest();
+    if (of_motion_.rigid()) motion_.impacts = of_motion_.rigid()->impacts();
     motion_.step_seconds = seconds_since(begin);
-    motion_.warning = steps_.rigid ? steps_.rigid->undecided() : "";
-    if (motion_.warning.empty()) motion_.warning = penetration_;
-    if (motion_.warning.empty()) motion_.warning = doubt_of_steps(scene_, steps_.stepper, looks_);
-    motion_.operations = steps_.stepper.report().step_operations;
-    motion_.sources = steps_.stepper.report().sources;
+    motion_.warning = steps_.rigid() ? steps_.rigid()->undecided() : "";
+    if (motion_.warning.empty()) motion_.warning = depth_.warning();
+    if (motion_.warning.empty()) motion_.warning = doubt_of_steps(scene_, steps_.stepper(), looks_);
+    motion_.operations = steps_.stepper().report().step_operations;
+    motion_.sources = steps_.stepper().report().sources;
     join_columns();
     return std::move(motion_);
   }
 
- private:
-  bool goes_on(long k, long steps) {
+  bool goes_on(const StepTime& s) {
     const long often = is_adaptive(scene_.integrator) ? 16 : 1024;
-    if (k % often != 0) return true;
+    if (s.k % often != 0) return true;
     motion_.was_stopped = watch_.stop.stop_requested();
     if (watch_.tell) {
-      watch_.tell("t = " + io::with_digits(double(k) * scene_.step, 4) + " of " +
-                  io::with_digits(double(steps) * scene_.step, 4) + " s");
+      watch_.tell("t = " + io::with_digits(s.t, 4) + " of " +
+                  io::with_digits(double(scene_.steps()) * scene_.step, 4) + " s");
     }
     return !motion_.was_stopped;
   }
 
-  bool step() {
-    const double t = double(motion_.steps) * scene_.step;
-    const VectorXd u = scene_.commands.at(t + scene_.step / 2, x_);
-    std::string why;
-    if (work_) work_->before_step(u);
-    const bool done = steps_.step(t, scene_.step, x_, u, next_, &why);
-    motion_.effort += steps_.stepper.effort();
-    if (done && next_.squaredNorm() < kBeyond) {
-      if (of_rigid_) of_rigid_->add(*steps_.rigid, u, scene_.step);
-      if (work_) of_step_ = work_->after_step(t, x_, next_);
-      x_.swap(next_);
-      ++motion_.steps;
-      return true;
-    }
+  void after(const StepTime&, const VectorXd&) { motion_.effort += steps_.stepper().effort(); }
+
+  void reached(long k) {
+    if (is_look(scene_, k))
+      looks_.push_back({k, steps_.x(), steps_.rigid() ? steps_.rigid()->forces() : VectorXd()});
+    if (scene_.is_sample(k)) note_sample(double(k) * scene_.step, steps_.x());
+  }
+
+ private:
+  // A step that is not made, unless somebody stopped the run.
+  void note_end(double t) {
+    if (motion_.was_stopped) return;
+    motion_.effort += steps_.stepper().effort();
     motion_.was_stopped = watch_.stop.stop_requested();
-    if (!motion_.was_stopped) motion_.trouble = trouble_of_step(scene_, t, x_, done ? kUnbounded : why);
-    return false;
+    if (!motion_.was_stopped) motion_.trouble = trouble_of_step(scene_, t, steps_.x(), steps_.why());
   }
 
-  void note(long k) {
-    const double t = double(k) * scene_.step;
-    const VectorXd u = scene_.commands.at(t, x_);
-    const Energy& energy = meter_.at(x_, u);
-    if (is_look(scene_, k)) looks_.push_back({k, x_, steps_.rigid ? steps_.rigid->forces() : VectorXd()});
-    note_sample(k, t, u, energy);
-    if (of_rigid_) {
-      note_penetration(t);
-      return account_.reach(energy, of_rigid_->work());
-    }
-    if (k == 0) return account_.start(energy);
-    account_.add(energy, of_step_);
-  }
-
-  void note_sample(long k, double t, const VectorXd& u, const Energy& energy) {
-    if (!scene_.is_sample(k)) return;
+  void note_sample(double t, const VectorXd& x) {
+    const VectorXd u = scene_.commands.at(t, x);
+    const Energy& energy = meter_.at(x, u);
     motion_.t.push_back(t);
     motion_.kinetic.push_back(energy.kinetic);
     motion_.stored.push_back(energy.stored);
     motion_.loop_error =
-        std::max(motion_.loop_error, loop_error(scene_.robot, x_.head(scene_.robot.model.nq)));
-    states_.push_back(x_);
-    drives_.push_back(drive_in(scene_, x_, u));
+        std::max(motion_.loop_error, loop_error(scene_.robot, x.head(scene_.robot.model.nq)));
+    states_.push_back(x);
+    drives_.push_back(drive_in(scene_, x, u));
     const VectorXd powers = energy.power.rowwise().sum();
     for (Eigen::Index i = 0; i < powers.size(); ++i) motion_.flows[std::size_t(i)].power.push_back(powers[i]);
-    if (!of_rigid_) return;
-    reactions_.push_back(of_rigid_->reactions());
-  }
-
-  void note_penetration(double t) {
-    const VectorXd& gap = steps_.rigid->functions().near(x_).gap;
-    motion_.deepest = std::max(motion_.deepest, -gap.minCoeff());
-    const auto& rigid = scene_.robot.constraints.rigid;
-    for (Eigen::Index i = 0; i < gap.size() && penetration_.empty(); ++i) {
-      if (!(-gap[i] > most_penetrations_[i])) continue;
-      const bool is_contact = std::size_t(i) < rigid.contacts.size();
-      penetration_ = "at t = " + io::with_digits(t, 6) + " s " +
-                     (is_contact ? "the contact at '" : "joint '") + rigid.name(std::size_t(i)) + "' is " +
-                     io::with_digits(-gap[i], 2) +
-                     (is_contact ? " m below its ground" : " beyond its limit") + ", more than " +
-                     io::with_digits(most_penetrations_[i], 2) + "; take shorter steps";
-    }
+    if (of_motion_.rigid()) reactions_.push_back(of_motion_.rigid()->reactions());
   }
 
   void note_work(const MatrixXd& work) {
@@ -191,16 +140,12 @@ class SceneRun {
 
   const Scene& scene_;
   const SimulationWatch& watch_;
-  SceneStepper steps_;
+  RobotStepper steps_;
   EnergyMeter meter_;
   EnergyAccount account_;
-  std::optional<MotionWork> work_;        // without,
-  std::optional<RigidAccount> of_rigid_;  // and with rigid contacts or stops
-  VectorXd x_, next_;
-  MatrixXd of_step_;  // J
-  VectorXd most_penetrations_;
-  std::string penetration_;  // the first that was beyond them
-  long worked_ = 0;          // steps whose work is known
+  MotionAccount of_motion_;
+  PenetrationCheck depth_;
+  long worked_ = 0;  // steps whose work is known
   std::vector<VectorXd> states_, drives_, reactions_;
   std::vector<Look> looks_;
   SimulatedMotion motion_;

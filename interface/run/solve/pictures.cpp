@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <stop_token>
 
+#include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/standing.h>
@@ -226,18 +228,11 @@ double margin_of(const Task& task, const Level& level, const std::vector<Level>&
   return margin;
 }
 
-// Of the file, otherwise of the lowest contact at the start; infinite without contacts.
-double picture_floor(const Task& task) {
-  if (task.floor) return *task.floor;
-  double floor = HUGE_VAL;
-  for (const HeldContact& contact : task.robot.contacts)
-    if (contact.place) floor = std::min(floor, contact.place->z());
-  return floor;
-}
-
 // In the order in which feet land on them; none for a task without phases.
 std::vector<GroundStep> steps_of_ground(const Task& task) {
-  const double floor = picture_floor(task);
+  const std::optional<double> found = floor_of(task);
+  if (!found) return {};
+  const double floor = *found;
   const std::vector<Level> levels = levels_of(task);
   std::vector<GroundStep> steps;
   for (const Level& level : levels) {
@@ -276,10 +271,8 @@ void add_floor(View view, const Eigen::Vector3d& normal, double offset, const Ei
 // The floors of a task: that on which held contacts stand, and planes of rigid contacts of the scene.
 void add_floors(const Task& task, const Eigen::AlignedBox3d& over, io::Motion& picture) {
   if (over.isEmpty()) return;
-  if (!task.robot.contacts.empty()) {
-    const double floor = picture_floor(task);
-    if (std::isfinite(floor)) add_floor(task.view, Eigen::Vector3d::UnitZ(), floor, over, picture);
-  }
+  if (const std::optional<double> floor = floor_of(task))
+    add_floor(task.view, Eigen::Vector3d::UnitZ(), *floor, over, picture);
   std::set<std::array<double, 4>> drawn;
   for (const auto& contact : task.scene.constraints.rigid.contacts) {
     const Eigen::Vector3d n = contact.normal.stableNormalized();

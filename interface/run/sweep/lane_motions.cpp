@@ -21,7 +21,10 @@ LaneMotions::LaneMotions(SweptFunctions& functions, long first, long count)
       of_steps_(scene_, functions.meter) {
   for (long k = 0; k < count; ++k) {
     motions.push_back(begin_of(functions, first + k));
-    judges_.emplace_back(functions, motions.back());
+    const SampleMotion& motion = motions.back();
+    judges_.emplace_back(functions);
+    judges_.back().account.start(
+        functions.meter.at(motion.x, commands_at(functions.sweep, motion.start, 0), motion.start.p));
   }
   is_over_.assign(std::size_t(count), 0);
   work_.resize(std::size_t(count));
@@ -182,24 +185,40 @@ void LaneMotions::try_halves(double t) {
   }
 }
 
-bool LaneMotions::step(long step) {
-  step_ = step;
-  const double t = double(step) * scene_.step;
-  set_times(t, scene_.step);
-  const bool sound = functions_.stepper.steps_side_by_side(std::size_t(places()), x_.data(),
-                                                           arguments_.data(), next_.data(), status_.data());
-  if (rule_ == WorkRule::kSimpson) work_of_step(t);
+// The steps of all samples, and the observer of what they come to.
+struct LaneSteps {
+  bool step(const StepTime& s, long) {
+    all.step_ = s.k;
+    all.set_times(s.t, s.h);
+    all.is_sound_ = all.functions_.stepper.steps_side_by_side(std::size_t(all.places()), all.x_.data(),
+                                                              all.arguments_.data(), all.next_.data(),
+                                                              all.status_.data());
+    return true;
+  }
+  void advance() { std::swap(all.x_, all.next_); }
+
+  bool goes_on(const StepTime&) const { return all.is_sound_; }
+  void after(const StepTime& s, long) { all.after_step(s); }
+  void reached(long k) { all.note_state(k); }
+
+  LaneMotions& all;
+};
+
+void LaneMotions::after_step(const StepTime& s) {
+  if (rule_ == WorkRule::kSimpson) work_of_step(s.t);
   if (rule_ == WorkRule::kStage) work_of_stage();
-  if (is_look(scene_, step)) try_halves(t);
-  std::swap(x_, next_);
-  step_ = step + 1;
+  if (is_look(scene_, s.k)) try_halves(s.t);
+}
+
+void LaneMotions::note_state(long k) {
+  const double t = double(step_) * scene_.step;
+  step_ = k;
   note_speeds();
   set_times(t, scene_.step);
   put_energy_arguments(x_.data());
   evaluate_energies(x_.data());
   judge_energies();
   if (scene_.is_sample(step_)) note_energies();
-  return sound;
 }
 
 void LaneMotions::keep() {
@@ -250,12 +269,14 @@ void LaneMotions::look_behind_the_end() {
 bool LaneMotions::run(const std::stop_token& stop) {
   constexpr long kWindow = 16;
   const long steps = scene_.steps();
+  LaneSteps together{*this};
   while (step_ < steps) {
     if (stop.stop_requested()) return false;
     keep();
-    const long end = std::min(step_ + kWindow, steps);
-    while (step_ < end && step(step_)) {
-    }
+    is_sound_ = true;
+    const StepRange window{.from = step_, .to = std::min(step_ + kWindow, steps), .h = scene_.step};
+    dyntape::run(
+        together, window, [](const StepTime& s) { return s.k; }, together);
     look_for_failures();
   }
   look_behind_the_end();

@@ -36,8 +36,10 @@ class LaneMotions {
   void put(long k, const SampleMotion& motion);
   Eigen::VectorXd entries_of(codegen::AlignedRoom& array, long entries, long first, long n, long k) const;
   void take(long k, codegen::AlignedRoom& x, const SampleExtremes& extremes);
-  bool step(long step);
+  friend struct LaneSteps;
+  void after_step(const StepTime& s);
   void set_times(double t, double h);
+  void note_state(long k);
   void note_speeds();
   void evaluate_energies(const double* x);
   void put_energy_arguments(const double* x);
@@ -59,6 +61,7 @@ class LaneMotions {
       most_energy_;
   codegen::AlignedRoom kept_x_, kept_speeds_, kept_most_energy_;
   long kept_step_ = 0, step_ = 0;
+  bool is_sound_ = true;  // the last step took no branch other than the recording
   std::vector<std::uint32_t> status_, unread_;
   std::vector<SampleJudge> judges_;
   const WorkRule rule_;

@@ -5,8 +5,9 @@
 #include <cmath>
 #include <optional>
 
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/run/simulate/motion_account.h>
 #include <dyntape/interface/run/simulate/stability.h>
-#include <dyntape/interface/run/simulate/step_work.h>
 
 namespace dyntape {
 
@@ -20,11 +21,73 @@ bool needs_newton(const Scene& scene) { return longest_step(scene.integrator, {-
 CodegenOptions of_sweep(const SceneSweep& sweep, CodegenOptions options) {
   options.functions = Functions::kPortable;
   options.order = Order::kValue;
-  if (needs_newton(sweep.scene)) options.lanes = Lanes::kNone;  // one after the other anyway
+  if (!moves_in_lanes(sweep.scene)) options.lanes = Lanes::kNone;  // one after the other anyway
   return options;
 }
 
+// Observes a sample: extremes, half steps, and whether somebody stops it.
+class SampleWatch {
+ public:
+  SampleWatch(SweptFunctions& f, SampleMotion& motion, SampleJudge* judge, const std::stop_token& stop)
+      : f_(f), scene_(f.sweep.scene), motion_(motion), judge_(judge), stop_(stop) {}
+
+  bool goes_on(const StepTime& s) {
+    constexpr long kOften = 256;
+    is_stopped_ = s.k % kOften == 0 && stop_.stop_requested();
+    return !is_stopped_;
+  }
+
+  // With rigid contacts the steps that are compared have the forces at their beginning.
+  void before(const StepTime& s, const VectorXd& u) {
+    u_ = u;
+    if (f_.motion->rigid() && tries_halves(s.k)) compare_free_steps(s, u);
+  }
+
+  void after(const StepTime& s, const VectorXd& u) {
+    if (!f_.motion->rigid() && tries_halves(s.k))
+      judge_->halves.try_at(scene_, f_.stepper, {s.k, f_.motion->x()}, u, f_.motion->p(), f_.motion->next());
+  }
+
+  void reached(long k) {
+    const int nq = scene_.robot.model.nq, nv = scene_.robot.model.nv;
+    const VectorXd& x = f_.motion->x();
+    motion_.extremes.v = std::max(motion_.extremes.v, x.segment(nq, nv).cwiseAbs().maxCoeff());
+    if (!scene_.is_sample(k)) return;
+    const Energy& energy = judge_ ? f_.meter.latest() : f_.meter.at(x, u_, f_.motion->p());
+    motion_.extremes.energy = std::max(motion_.extremes.energy, energy.kinetic + energy.stored);
+  }
+
+  // The last place where half steps are tried, of which the whole one is made for that alone.
+  void look_behind_the_end(const StepTime& s, const VectorXd& u) {
+    if (tries_halves(s.k)) compare_free_steps(s, u);
+  }
+
+  bool is_stopped() const { return is_stopped_; }
+
+ private:
+  bool tries_halves(long k) const { return judge_ && is_look(scene_, k) && !is_adaptive(scene_.integrator); }
+
+  void compare_free_steps(const StepTime& s, const VectorXd& u) {
+    const VectorXd p = f_.motion->parameters(), &x = f_.motion->x();
+    VectorXd whole(x.size());
+    if (f_.stepper.step(s.t, s.h, x.data(), u.data(), p.data(), whole.data()))
+      judge_->halves.try_at(scene_, f_.stepper, {s.k, x}, u, p, whole);
+  }
+
+  SweptFunctions& f_;
+  const Scene& scene_;
+  SampleMotion& motion_;
+  SampleJudge* judge_;
+  const std::stop_token& stop_;
+  VectorXd u_;
+  bool is_stopped_ = false;
+};
+
 }  // namespace
+
+bool moves_in_lanes(const Scene& scene) {
+  return !needs_newton(scene) && scene.robot.constraints.rigid.empty();
+}
 
 VectorXd commands_at(const SceneSweep& sweep, const SampleStart& start, double t) {
   if (start.u.cols() == 1) return start.u.col(0);
@@ -33,29 +96,30 @@ VectorXd commands_at(const SceneSweep& sweep, const SampleStart& start, double t
 
 SweptFunctions::SweptFunctions(const SceneSweep& all, const CodegenOptions& options)
     : sweep(all),
-      stepper(system_of(all.scene.robot, parameters_of(all), edit_of(all)), all.scene.integrator,
-              of_sweep(all, options), false, 1, all.scene.tolerances),
+      motion(std::make_unique<RobotStepper>(all.scene.robot, all.scene.integrator, of_sweep(all, options),
+                                            all.scene.tolerances, parameters_of(all), edit_of(all))),
+      stepper(motion->stepper()),
       meter(all.scene.robot, of_sweep(all, options), parameters_of(all), edit_of(all)),
-      is_implicit(needs_newton(all.scene)),
+      is_in_lanes(moves_in_lanes(all.scene)),
       has_table(all.scene.commands.t.size() > 1) {}
 
-SweptFunctions::SweptFunctions(const SweptFunctions& other, Stepper twin)
+SweptFunctions::SweptFunctions(const SweptFunctions& other, std::unique_ptr<RobotStepper> twin)
     : sweep(other.sweep),
-      stepper(std::move(twin)),
+      motion(std::move(twin)),
+      stepper(motion->stepper()),
       meter(other.meter),
-      is_implicit(other.is_implicit),
+      is_in_lanes(other.is_in_lanes),
       has_table(other.has_table) {}
 
-SweptFunctions SweptFunctions::twin() const { return {*this, stepper.twin()}; }
-
-SampleJudge::SampleJudge(SweptFunctions& f, const SampleMotion& motion)
-    : account(f.sweep.scene, f.meter.layout()) {
-  account.start(f.meter.at(motion.x, commands_at(f.sweep, motion.start, 0), motion.start.p));
+std::unique_ptr<SweptFunctions> SweptFunctions::twin() const {
+  return std::unique_ptr<SweptFunctions>(new SweptFunctions(*this, motion->twin()));
 }
 
+SampleJudge::SampleJudge(const SweptFunctions& f) : account(f.sweep.scene, f.meter.layout()) {}
+
 std::string SampleJudge::warning(const SceneSweep& sweep, long row) {
-  std::string of_steps;
-  if (!needs_newton(sweep.scene) && !halves.looks().empty())  // or no motion is too stiff
+  std::string of_steps = of_contacts;
+  if (of_steps.empty() && !needs_newton(sweep.scene) && !halves.looks().empty())  // or no motion is too stiff
     of_steps = doubt_of_stiffness(scene_of(sweep, row), halves.looks());
   if (of_steps.empty()) of_steps = halves.warning();
   return of_steps.empty() ? doubt_of_energy(account.finish()) : of_steps;
@@ -70,43 +134,39 @@ SampleMotion begin_of(SweptFunctions& f, long row) {
   return motion;
 }
 
-void advance(SweptFunctions& f, SampleMotion& motion, long step, SampleJudge* judge) {
+bool advance(SweptFunctions& f, SampleMotion& sample, long step, SampleJudge* judge,
+             const std::stop_token& stop) {
   const Scene& scene = f.sweep.scene;
-  const VectorXd& p = motion.start.p;
-  const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
-  std::optional<MotionWork> work;
-  if (judge) work.emplace(scene, f.meter, f.stepper);
-  VectorXd next(motion.x.size());
-  const auto tries_halves = [&] {
-    return judge && is_look(scene, motion.steps) && !is_adaptive(scene.integrator);
-  };
-  while (motion.steps < step) {
-    const double t = double(motion.steps) * scene.step;
-    const VectorXd u = commands_at(f.sweep, motion.start, t);
-    if (work) work->before_step(u, p);
-    std::string why;
-    const bool done = f.stepper.step(t, scene.step, motion.x.data(), u.data(), p.data(), next.data(), &why);
-    if (!done || !(next.squaredNorm() < kBeyond)) {
-      motion.trouble = trouble_of_step(scene_of(f.sweep, motion.row), t, motion.x, done ? kUnbounded : why);
-      return;
-    }
-    if (tries_halves()) judge->halves.try_at(scene, f.stepper, {motion.steps, motion.x}, u, p, next);
-    const Eigen::MatrixXd of_step = work ? work->after_step(t, motion.x, next) : Eigen::MatrixXd();
-    motion.x.swap(next);
-    ++motion.steps;
-    const bool is_sample = scene.is_sample(motion.steps);
-    motion.extremes.v = std::max(motion.extremes.v, motion.x.segment(nq, nv).cwiseAbs().maxCoeff());
-    if (!judge && !is_sample) continue;
-    const Energy& energy = f.meter.at(motion.x, u, p);
-    if (judge) judge->account.add(energy, of_step);
-    if (is_sample) motion.extremes.energy = std::max(motion.extremes.energy, energy.kinetic + energy.stored);
+  RobotStepper& motion = *f.motion;
+  try {
+    motion.start(sample.x, sample.start.p);
+  } catch (const ArgumentError& e) {
+    sample.trouble = "at the start: " + std::string(e.what());
+    return true;
   }
-  // The last place where half steps are tried, of which the whole one is made for that alone.
-  if (motion.steps < scene.steps() || !tries_halves()) return;
-  const double end = double(motion.steps) * scene.step;
-  const VectorXd u = commands_at(f.sweep, motion.start, end);
-  if (f.stepper.step(end, scene.step, motion.x.data(), u.data(), p.data(), next.data()))
-    judge->halves.try_at(scene, f.stepper, {motion.steps, motion.x}, u, p, next);
+  const StepRange range{.from = sample.steps, .to = step, .h = scene.step};
+  const auto commands = [&](const StepTime& s) { return commands_at(f.sweep, sample.start, s.t); };
+  SampleWatch watch(f, sample, judge, stop);
+  if (judge) {
+    const Scene own = motion.rigid() ? scene_of(f.sweep, sample.row) : Scene{};
+    MotionAccount account(scene, f.meter, motion, judge->account);
+    PenetrationCheck depth(own.robot, motion, scene.step);
+    account.start(commands_at(f.sweep, sample.start, 0));
+    depth.reached(0);
+    sample.steps = run(motion, range, commands, account, depth, watch);
+    if (motion.rigid()) judge->of_contacts = motion.rigid()->undecided();
+    if (judge->of_contacts.empty()) judge->of_contacts = depth.warning();
+  } else {
+    sample.steps = run(motion, range, commands, watch);
+  }
+  sample.x = motion.x();
+  if (watch.is_stopped()) return false;
+  const StepTime end = range.at(sample.steps);
+  if (sample.steps < step)
+    sample.trouble = trouble_of_step(scene_of(f.sweep, sample.row), end.t, sample.x, motion.why());
+  else if (step == scene.steps())
+    watch.look_behind_the_end(end, commands(end));
+  return true;
 }
 
 }  // namespace dyntape

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/run/simulate/stability.h>
 #include <dyntape/interface/run/sweep/lane_motions.h>
 
 namespace dyntape {
@@ -42,13 +41,9 @@ void append_result(SweptFunctions& f, const SampleMotion& motion, const std::str
 
 // False where it is stopped.
 bool append_sample(SweptFunctions& f, long row, const std::stop_token& stop, ComputedRows& rows) {
-  constexpr long kOften = 256;
   SampleMotion motion = begin_of(f, row);
-  SampleJudge judge(f, motion);
-  while (motion.steps < f.sweep.scene.steps() && motion.trouble.empty()) {
-    if (stop.stop_requested()) return false;
-    advance(f, motion, std::min(motion.steps + kOften, f.sweep.scene.steps()), &judge);
-  }
+  SampleJudge judge(f);
+  if (!advance(f, motion, f.sweep.scene.steps(), &judge, stop)) return false;
   append_result(f, motion, motion.trouble.empty() ? judge.warning(f.sweep, row) : "", rows);
   return true;
 }
@@ -56,10 +51,10 @@ bool append_sample(SweptFunctions& f, long row, const std::stop_token& stop, Com
 }  // namespace
 
 long rows_at_a_time(const SceneSweep& sweep) {
-  const bool is_implicit = longest_step(sweep.scene.integrator, {-1, 0}) == HUGE_VAL;
-  const long least = is_implicit ? 1 : 8;  // lanes; one after the other, a row that is done is kept
+  const bool in_lanes = moves_in_lanes(sweep.scene);
+  const long least = in_lanes ? 8 : 1;  // one after the other, a row that is done is kept
   constexpr long kMost = 256;
-  const long steps = (is_implicit ? 1L << 15 : 1L << 19) / sweep.scene.steps();
+  const long steps = (in_lanes ? 1L << 19 : 1L << 15) / sweep.scene.steps();
   const long share = (sweep.rows() + 63) / 64;
   const long rows = std::clamp(std::min(steps, share), least, kMost);
   return (rows + least - 1) / least * least;
@@ -70,14 +65,14 @@ SweepRows::SweepRows(const SceneSweep& sweep, const CodegenOptions& options)
 SweepRows::SweepRows(std::unique_ptr<SweptFunctions> functions) : functions_(std::move(functions)) {}
 SweepRows::~SweepRows() = default;
 SweepRows::SweepRows(SweepRows&&) noexcept = default;
-SweepRows SweepRows::twin() const { return SweepRows(std::make_unique<SweptFunctions>(functions_->twin())); }
+SweepRows SweepRows::twin() const { return SweepRows(functions_->twin()); }
 
 std::size_t SweepRows::operations() const { return functions_->stepper.report().step_operations; }
 
 std::optional<ComputedRows> SweepRows::compute(long first, long count, const std::stop_token& stop) {
   SweptFunctions& f = *functions_;
   ComputedRows rows;
-  if (!f.is_implicit) {
+  if (f.is_in_lanes) {
     LaneMotions together(f, first, count);
     if (!together.run(stop)) return {};
     for (std::size_t k = 0; k < together.motions.size(); ++k)

@@ -2,6 +2,7 @@
 #include <dyntape/interface/system/rigid/rigid_functions.h>
 
 #include <dyntape/autodiff/record/record.h>
+#include <dyntape/interface/io/number.h>
 
 namespace dyntape {
 
@@ -10,25 +11,41 @@ namespace {
 using dynamics::Data;
 using dynamics::Model;
 
-Function record_near(const RobotScene& scene) {
+// The scene with its parameters in place.
+struct EditedScene {
+  const RobotScene& scene;
+  int n_p;
+  const SceneEdit& edit;
+
+  RecordedScene at(const VectorXad& p) const {
+    RecordedScene now = recorded(scene);
+    if (edit) edit(now, p);
+    return now;
+  }
+};
+
+Function record_near(const EditedScene& edited) {
+  const RobotScene& scene = edited.scene;
   const int nq = scene.model.nq, nv = scene.model.nv;
-  return record(scene.model.name + "_near", std::size_t(nq + nv), [&](const VectorXad& x) {
-    const Model<AD> model = scene.model.cast<AD>();
+  const auto near = [&](const VectorXad& x, const VectorXad& p) {
+    const Model<AD> model = edited.at(p).model;
     Data<AD> data(model);
     const auto rows = dynamics::unilateral_rows<AD>(model, data, scene.constraints.rigid, x.head(nq));
     const VectorXad v = x.tail(nv);
     VectorXad y(rows.gap.size() + rows.J.rows());
     y << rows.gap, VectorXad(rows.J * v);
     return y;
-  });
+  };
+  return record(scene.model.name + "_near", std::size_t(nq + nv), std::size_t(edited.n_p), near);
 }
 
 // M^-1, or the part of it that leaves the loops closed.
-MatrixXad response_to_torques(const RobotScene& scene, const Model<AD>& model, const VectorXad& q) {
+MatrixXad response_to_torques(const SceneConstraints& constraints, const RecordedScene& now,
+                              const VectorXad& q) {
+  const auto& [model, effects] = now;
   Data<AD> data(model);
-  const dynamics::Effects<AD> effects = scene.effects.cast<AD>();
-  if (scene.constraints.loops.empty()) return dynamics::minverse<AD>(model, data, q, effects.acting());
-  dynamics::ConstraintData<AD> loops(model, loops_of<AD>(scene.constraints));
+  if (constraints.loops.empty()) return dynamics::minverse<AD>(model, data, q, effects.acting());
+  dynamics::ConstraintData<AD> loops(model, loops_of<AD>(constraints));
   const VectorXad still = VectorXad::Constant(model.nv, AD(0));
   dynamics::impulse_dynamics<AD>(model, data, loops, q, still, AD(0), effects.acting());
   MatrixXad W = data.Minv;
@@ -40,16 +57,19 @@ MatrixXad response_to_torques(const RobotScene& scene, const Model<AD>& model, c
   return W;
 }
 
-Function record_response(const RobotScene& scene) {
-  return record(scene.model.name + "_response", std::size_t(scene.model.nq), [&](const VectorXad& q) {
-    const Model<AD> model = scene.model.cast<AD>();
-    Data<AD> data(model);
-    const MatrixXad J = dynamics::unilateral_rows<AD>(model, data, scene.constraints.rigid, q).J;
-    const MatrixXad W = response_to_torques(scene, model, q);
+Function record_response(const EditedScene& edited) {
+  const RobotScene& scene = edited.scene;
+  const auto response = [&](const VectorXad& q, const VectorXad& p) {
+    const RecordedScene now = edited.at(p);
+    Data<AD> data(now.model);
+    const MatrixXad J = dynamics::unilateral_rows<AD>(now.model, data, scene.constraints.rigid, q).J;
+    const MatrixXad W = response_to_torques(scene.constraints, now, q);
     VectorXad y(J.size() + W.size());
     y << J.reshaped(), W.reshaped();
     return y;
-  });
+  };
+  return record(scene.model.name + "_response", std::size_t(scene.model.nq), std::size_t(edited.n_p),
+                response);
 }
 
 CompiledFunction values_of(const Function& function, CodegenOptions options) {
@@ -59,9 +79,20 @@ CompiledFunction values_of(const Function& function, CodegenOptions options) {
 
 }  // namespace
 
-RigidFunctions::RigidFunctions(const RobotScene& scene, const CodegenOptions& options)
-    : near_(values_of(record_near(scene), options)),
-      response_(values_of(record_response(scene), options)),
+std::string contact_text(const dynamics::UnilateralConstraints& rigid, std::size_t i) {
+  return (i < rigid.contacts.size() ? "the contact at '" : "joint '") + rigid.name(i) + "'";
+}
+
+std::string depth_text(const dynamics::UnilateralConstraints& rigid, std::size_t i, double depth,
+                       int digits) {
+  return contact_text(rigid, i) + " is " + io::with_digits(depth, digits) +
+         (i < rigid.contacts.size() ? " m below its ground" : " beyond its limit");
+}
+
+RigidFunctions::RigidFunctions(const RobotScene& scene, const CodegenOptions& options, int n_p,
+                               const SceneEdit& edit)
+    : near_(values_of(record_near({scene, n_p, edit}), options)),
+      response_(values_of(record_response({scene, n_p, edit}), options)),
       of_near_(near_),
       of_response_(response_),
       y_near_(Eigen::Index(near_.n_y())),
@@ -71,15 +102,26 @@ RigidFunctions::RigidFunctions(const RobotScene& scene, const CodegenOptions& op
   responses_ = {Eigen::MatrixXd(m, scene.model.nv), Eigen::MatrixXd(scene.model.nv, scene.model.nv)};
 }
 
+RigidFunctions::RigidFunctions(const RigidFunctions& other)
+    : near_(other.near_),
+      response_(other.response_),
+      of_near_(near_),
+      of_response_(response_),
+      nearness_(other.nearness_),
+      responses_(other.responses_),
+      y_near_(other.y_near_),
+      y_response_(other.y_response_),
+      p_(other.p_) {}
+
 const Nearness& RigidFunctions::near(const Eigen::VectorXd& x) {
-  near_.value(x.data(), nullptr, y_near_.data(), of_near_);
+  near_.value(x.data(), p_.data(), y_near_.data(), of_near_);
   nearness_.gap = y_near_.head(nearness_.gap.size());
   nearness_.u = y_near_.tail(nearness_.u.size());
   return nearness_;
 }
 
 const RigidResponse& RigidFunctions::response(const Eigen::VectorXd& x) {
-  response_.value(x.data(), nullptr, y_response_.data(), of_response_);
+  response_.value(x.data(), p_.data(), y_response_.data(), of_response_);
   responses_.J.reshaped() = y_response_.head(responses_.J.size());
   responses_.W.reshaped() = y_response_.tail(responses_.W.size());
   return responses_;

@@ -30,10 +30,6 @@ struct RigidFailure {
   std::string why;
 };
 
-// J^+.  Gaps of several contacts of one body need not be those of any motion of it; what J cannot do would make them slide
-// against each other.  So does what derivatives found elsewhere than J have outside of its range.
-MatrixXd inverse_of_rows(const MatrixXd& J) { return pseudo_inverse(J, 1e-9); }
-
 }  // namespace
 
 // Where a piece of a step begins.
@@ -45,45 +41,44 @@ struct RigidStepper::Piece {
 };
 
 RigidStepper::RigidStepper(const RobotScene& scene, Stepper& stepper, Integrator integrator,
-                           const CodegenOptions& options)
+                           RigidFunctions functions)
     : scene_(scene),
       stepper_(stepper),
       is_implicit_(needs_jacobians(integrator)),
-      functions_(scene, options),
+      functions_(std::move(functions)),
       blocks_(dynamics::blocks_of(scene.constraints.rigid)),
       is_closed_(blocks_.size(), false),
       impacts_in_step_(blocks_.size(), 0),
-      forces_(VectorXd::Zero(stepper.n_p())),
+      parameters_(VectorXd::Zero(stepper.n_p())),
       unsure_(VectorXd::Zero(Eigen::Index(blocks_.size()))) {
   int row = 0;
   for (const auto& block : blocks_) first_row_.push_back(row), row += block.rows;
+  forces_ = VectorXd::Zero(row);
 }
 
 bool RigidStepper::needs_jacobians(Integrator integrator) {
   return integrator != Integrator::kSemiImplicitEuler && integrator != Integrator::kRungeKutta4;
 }
 
-void RigidStepper::start(const VectorXd& x) {
+void RigidStepper::start(const VectorXd& x, const VectorXd& p) {
+  functions_.set_parameters(p);
+  parameters_.head(p.size()) = p;
+  forces_.setZero(), unsure_.setZero(), undecided_.clear();
   const Nearness& near = functions_.near(x);
   const double still = 1e-12 * (1 + x.segment(scene_.model.nq, scene_.model.nv).cwiseAbs().maxCoeff());
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const double gap = near.gap[Eigen::Index(i)];
-    if (!(gap >= -kGrazes)) {
-      const bool is_contact = i < scene_.constraints.rigid.contacts.size();
-      throw ArgumentError((is_contact ? "the contact at '" : "joint '") + scene_.constraints.rigid.name(i) +
-                          "' is " + io::with_digits(-gap, 3) +
-                          (is_contact ? " m below its ground" : " beyond its limit") +
+    if (!(gap >= -kGrazes))
+      throw ArgumentError(depth_text(scene_.constraints.rigid, i, -gap, 3) +
                           "; expected at most 1e-6, or to be clear of it");
-    }
     is_closed_[i] = gap <= kLeft && std::abs(near.u[first_row_[i]]) <= still;
   }
 }
 
 std::vector<int> RigidStepper::closed() const {
   std::vector<int> contacts;
-  for (std::size_t i = 0; i < is_closed_.size(); ++i) {
+  for (std::size_t i = 0; i < is_closed_.size(); ++i)
     if (is_closed_[i]) contacts.push_back(int(i));
-  }
   return contacts;
 }
 
@@ -101,12 +96,17 @@ ContactProblem RigidStepper::problem_of(const std::vector<int>& contacts, const 
   return problem;
 }
 
+const double* RigidStepper::parameters() {
+  parameters_.tail(forces_.size()) = forces_;
+  return parameters_.data();
+}
+
 // --- a piece: the step of the Stepper, with the forces that closed contacts need ---
 
 void RigidStepper::take_free(const Piece& piece, double h, VectorXd& end) {
   std::string why;
   end.resize(piece.x.size());
-  if (!stepper_.step(piece.t, h, piece.x.data(), piece.u.data(), forces_.data(), end.data(), &why))
+  if (!stepper_.step(piece.t, h, piece.x.data(), piece.u.data(), parameters(), end.data(), &why))
     throw RigidFailure{why};
 }
 
@@ -151,7 +151,10 @@ VectorXd RigidStepper::demanded_by_gaps(const Piece& piece) const {
 bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, double& last) {
   const int nq = scene_.model.nq, nv = scene_.model.nv;
   const RigidResponse& at = functions_.response(end);
-  const MatrixXd J = at.J(piece.rows, Eigen::all), J_inverse = inverse_of_rows(J);
+  const MatrixXd J = at.J(piece.rows, Eigen::all);
+  // J^+.  Gaps of several contacts of one body need not be those of any motion of it; what J cannot do would make them slide
+  // against each other.  So does what derivatives found elsewhere than J have outside of its range.
+  const MatrixXd J_inverse = pseudo_inverse(J, 1e-9);
   const VectorXd v = end.segment(nq, nv);
   MatrixXd D = h * J * at.W * J.transpose();
   if (is_implicit_) {
@@ -159,10 +162,10 @@ bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, do
       MatrixXd A, B, P;
       VectorXd again(end.size());
       std::string why;
-      if (!stepper_.jacobians(piece.t, h, piece.x.data(), piece.u.data(), forces_.data(), again.data(), A, B,
-                              P, &why))
+      if (!stepper_.jacobians(piece.t, h, piece.x.data(), piece.u.data(), parameters(), again.data(), A, B, P,
+                              &why))
         throw RigidFailure{why};
-      slopes_ = P.middleRows(nv, nv);
+      slopes_ = P.block(nv, P.cols() - forces_.size(), nv, forces_.size());
     }
     const MatrixXd projection = J * J_inverse;
     D = projection * J * slopes_(Eigen::all, piece.rows) * projection;
@@ -222,10 +225,9 @@ void RigidStepper::look_at_turns(const Piece& piece, double h, const VectorXd& m
     const auto low = curve.lowest();
     const bool comes_from_afar = std::min(piece.gap[i], then.gap[i]) > unsure_[i];
     if (!low || !comes_from_afar || !(low->gap < unsure_[i] - kGrazes) || !undecided_.empty()) continue;
-    const auto& rigid = scene_.constraints.rigid;
     undecided_ = "at t = " + io::with_digits(piece.t + low->at, 6) + " s " +
-                 (std::size_t(i) < rigid.contacts.size() ? "the contact at '" : "joint '") +
-                 rigid.name(std::size_t(i)) + "' turns " + io::with_digits(std::abs(low->gap), 2) +
+                 contact_text(scene_.constraints.rigid, std::size_t(i)) + " turns " +
+                 io::with_digits(std::abs(low->gap), 2) +
                  " m or rad from its limit, which these steps know to " + io::with_digits(unsure_[i], 2) +
                  ": whether it touches is not decided to 1e-6; take shorter steps";
   }
@@ -482,8 +484,7 @@ void RigidStepper::run(double t, double h, VectorXd x, const VectorXd& u, Vector
 
 bool RigidStepper::step(double t, double h, const VectorXd& x, const VectorXd& u, VectorXd& next,
                         std::string* why) {
-  pieces_.clear();
-  impacts_.clear();
+  pieces_.clear(), impacts_.clear();
   impacts_in_step_.assign(blocks_.size(), 0);
   whole_step_ = h;
   try {

@@ -5,7 +5,6 @@
 //
 //   Stepper stepper(system_of(scene), integrator, options, RigidStepper::needs_jacobians(integrator));
 //   RigidStepper rigid(scene, stepper, integrator, options);
-//   rigid.start(x);                                          // ArgumentError where something is below its ground
 //   rigid.start(x);                                          // ArgumentError if a contact penetrates
 //   std::string why;
 //   if (!rigid.step(t, h, x, u, next, &why)) ...
@@ -72,14 +71,16 @@ class RigidStepper {
 
   // Keeps references to the scene and the stepper.
   RigidStepper(const RobotScene& scene, Stepper& stepper, Integrator integrator,
-               const CodegenOptions& options);
+               const CodegenOptions& options)
+      : RigidStepper(scene, stepper, integrator, RigidFunctions(scene, options)) {}
+  RigidStepper(const RobotScene& scene, Stepper& stepper, Integrator integrator, RigidFunctions functions);
 
   // True for implicit schemes: their response to forces needs the Jacobian.
   static bool needs_jacobians(Integrator integrator);
 
-  // Closes all contacts that touch at x = (q, v, ...).  ArgumentError, with the value, if a gap is below -1e-6 m or
-  // rad.
-  void start(const Eigen::VectorXd& x);
+  // Begins a motion: closes all contacts that touch at x = (q, v, ...).  `p`: parameters of the scene, if any.
+  // ArgumentError, with the value, if a gap is below -1e-6 m or rad.
+  void start(const Eigen::VectorXd& x, const Eigen::VectorXd& p = {});
 
   // Returns false if the step failed; *why is then the reason.
   bool step(double t, double h, const Eigen::VectorXd& x, const Eigen::VectorXd& u, Eigen::VectorXd& next,
@@ -89,11 +90,13 @@ class RigidStepper {
   const std::vector<RigidImpact>& impacts() const { return impacts_; }
   const Eigen::VectorXd& forces() const { return forces_; }  // (m) at the end of the last step
   RigidFunctions& functions() { return functions_; }
+  const RigidFunctions& functions() const { return functions_; }
   // "", or which gap came so close to zero that steps of this length do not decide whether it closed.
   const std::string& undecided() const { return undecided_; }
 
  private:
   struct Piece;
+  const double* parameters();
   double go_on(const Piece& piece, double rest, Eigen::VectorXd& end);
   void run(double t, double h, Eigen::VectorXd x, const Eigen::VectorXd& u, Eigen::VectorXd& next);
   void take(const Piece& piece, double h, Eigen::VectorXd& end);
@@ -130,8 +133,8 @@ class RigidStepper {
   std::vector<bool> is_closed_;
   std::vector<int> impacts_in_step_;
   double whole_step_ = 0;
-  int hit_ = -1;  // the contact or stop whose gap ends the piece; -1: none
-  Eigen::VectorXd forces_;
+  int hit_ = -1;                         // the contact or stop whose gap ends the piece; -1: none
+  Eigen::VectorXd forces_, parameters_;  // (m); (n_p + m), ends with the forces
   // The best forces so far for a piece, and their error relative to the quantities that they balance.
   struct Forces {
     double off = HUGE_VAL;

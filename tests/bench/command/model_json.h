@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A robot as JSON, for peers in other languages (tests/bench/casadi_robot.py reads it).
+// A robot as JSON, for peers in other languages (tests/bench/peers/casadi_robot.py reads it).
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -86,7 +86,7 @@ std::vector<StudyRow> measure_casadi(const dynamics::Model<double>& model, bool 
                        "-C",
                        folder,
                        python,
-                       DYNTAPE_BENCH_FOLDER "/casadi_jit.py",
+                       DYNTAPE_BENCH_FOLDER "/peers/casadi_jit.py",
                        folder / "robot.json",
                        "fd-derivatives",
                        quick ? "-O0" : "-O0,-O1,-O3"};

@@ -113,5 +113,5 @@ def main():
 
 
 if __name__ == '__main__':
-    sys.path[:0] = [str(HERE), str(HERE.parent)]
+    sys.path[:0] = [str(HERE), str(HERE.parent / 'peers')]
     child(*sys.argv[2:]) if sys.argv[1:2] == ['--child'] else main()

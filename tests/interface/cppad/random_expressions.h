@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "../../autodiff/quad.h"
-#include "../../autodiff/random.h"
+#include "autodiff/quad.h"
+#include "autodiff/random.h"
 
 namespace expressions {
 

@@ -4,7 +4,7 @@
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/interface/cppad/detail/recording.h>
 
-#include "../../autodiff/random_program.h"
+#include "autodiff/random_program.h"
 #include "programs.h"
 
 namespace {

@@ -4,8 +4,8 @@
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 
-#include "../../source_folder.h"
 #include "program.h"
+#include "source_folder.h"
 
 namespace {
 

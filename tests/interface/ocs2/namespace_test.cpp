@@ -4,7 +4,7 @@
 #include <dyntape/interface/ocs2/ocs2_namespace.h>
 #include <gtest/gtest.h>
 
-#include "temporary_cache.h"
+#include "interface/temporary_cache.h"
 
 namespace ocs2 {
 

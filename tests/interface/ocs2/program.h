@@ -7,8 +7,8 @@
 
 #include <dyntape/interface/ocs2/ocs2.h>
 
-#include "message_of.h"
-#include "temporary_cache.h"
+#include "interface/message_of.h"
+#include "interface/temporary_cache.h"
 
 namespace ocs2 = dyntape::ocs2;
 namespace CppAD = dyntape::ocs2::cppad_names;

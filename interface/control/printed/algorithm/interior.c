@@ -80,35 +80,77 @@ static int dt_is_step_finite(const @NAME@_state* s) {
   return dt_is_finite(sum);
 }
 
-/* Solves the quadratic program for dz; whether it is solved. */
-static int dt_quadratic_program(@NAME@_state* s) {
-  real left = (real)1; /* of the residuals of the equations */
-  real mean = dt_moves(s, (real)0);
-  int is_solved = 0;
-  for (int i = 0; i < DT_INTERIOR; ++i) {
-    dt_barrier barrier;
-    real ratio;
-    dt_factorise(s);
-    dt_solve(s);
-    barrier = dt_changes(s);
-    ratio = mean + ((barrier.part * (barrier.first + (barrier.part * barrier.second))) * DT_ONE_OVER_PRODUCTS);
-    ratio = ratio / dt_larger(mean, DT_MU_END);
-    dt_aims(s, dt_larger(((ratio * ratio) * ratio) * mean, DT_MU_END));
-    dt_solve(s);
-    if (dt_is_step_finite(s) == 0) {
-      break;
+/* Begins again at no change of the plan, far from all sides. */
+static void dt_begin_cold(@NAME@_state* s) {
+  for (int k = 0; k < DT_N; ++k) {
+    for (int i = 0; i < DT_NZ; ++i) {
+      s->dz[k][i] = (real)0;
     }
+    for (int j = 0; j < DT_SIDES; ++j) {
+      dt_begin_side(&s->side[k][j], s->side[k][j].b, DT_MU_COLD, (j < DT_HARD) ? 0 : 1);
+    }
+  }
+  for (int i = 0; i < DT_NX; ++i) {
+    s->dz[DT_N][i] = (real)0;
+  }
+  for (int j = 0; j < DT_END_SIDES; ++j) {
+    dt_begin_side(&s->end_side[j], s->end_side[j].b, DT_MU_COLD, 1);
+  }
+}
+
+/* Of a quadratic program on the way to its solution. */
+typedef struct {
+  real mean;      /* product of slacks and multipliers */
+  real left;      /* of the residuals of the equations */
+  int is_warm;    /* it began near the sides that held the plan before */
+  int is_blocked; /* such a beginning allowed only a short step */
+  int is_broken;  /* a step was not finite */
+} dt_interior;
+
+static void dt_predict_and_correct(@NAME@_state* s, dt_interior* at) {
+  dt_barrier barrier;
+  real ratio;
+  dt_factorise(s);
+  dt_solve(s);
+  barrier = dt_changes(s);
+  ratio = at->mean + ((barrier.part * (barrier.first + (barrier.part * barrier.second))) * DT_ONE_OVER_PRODUCTS);
+  ratio = ratio / dt_larger(at->mean, DT_MU_END);
+  dt_aims(s, dt_larger(((ratio * ratio) * ratio) * at->mean, DT_MU_END));
+  dt_solve(s);
+  if (dt_is_step_finite(s) == 0) {
+    at->is_broken = 1;
+  } else {
     barrier = dt_changes(s);
-    mean = dt_moves(s, barrier.part);
+    at->mean = dt_moves(s, barrier.part);
     dt_move_plan(s, barrier.part);
-    left -= left * barrier.part;
+    at->left -= at->left * barrier.part;
+    at->is_blocked = ((at->is_warm != 0) && (barrier.part < DT_SHORT)) ? 1 : 0;
     s->interior_steps += 1;
-    if ((left <= DT_LEFT) && (mean <= ((real)2 * DT_MU_END))) {
-      is_solved = 1;
+  }
+}
+
+/* Solves the quadratic program for dz; whether it is solved.  If a warm beginning is blocked, a turn of the loop begins
+ * again. */
+static int dt_quadratic_program(@NAME@_state* s) {
+  dt_interior at = {(real)0, (real)1, 0, 0, 0};
+  int is_solved = 0;
+  at.mean = dt_moves(s, (real)0);
+  at.is_warm = (s->mu < DT_MU_COLD) ? 1 : 0;
+  for (int i = 0; i < DT_INTERIOR; ++i) {
+    if (at.is_blocked != 0) {
+      dt_begin_cold(s);
+      at.mean = dt_moves(s, (real)0);
+      at.left = (real)1;
+      at.is_warm = 0;
+      at.is_blocked = 0;
+    } else {
+      dt_predict_and_correct(s, &at);
+    }
+    is_solved = ((at.left <= DT_LEFT) && (at.mean <= ((real)2 * DT_MU_END))) ? 1 : 0;
+    if ((is_solved != 0) || (at.is_broken != 0)) {
       break;
     }
   }
   s->mu = (is_solved != 0) ? DT_MU_WARM : DT_MU_COLD;
   return is_solved;
 }
-

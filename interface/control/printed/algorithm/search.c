@@ -118,15 +118,17 @@ static real dt_line_search(@NAME@_state* s, dt_merit* now) {
   const real expected = dt_expected(s);
   real before;
   real fall;
+  real allowed; /* rise: the precision of the quadratic program, and rounding */
   real best = (real)0;
   real part = (real)1;
   real least = (real)0;
   dt_merit at_best = *now;
-  if (expected > (((real)0.5 * s->gap_price) * now->gap)) {
+  if ((expected - DT_PRECISION) > (((real)0.5 * s->gap_price) * now->gap)) {
     s->gap_price = dt_smaller(((real)2 * expected) / dt_larger(now->gap, DT_SMALL), DT_LARGEST_PRICE);
   }
   before = (now->cost + (DT_PRICE * now->excess)) + (s->gap_price * now->gap);
   fall = expected - (s->gap_price * now->gap);
+  allowed = DT_PRECISION + (DT_ROUNDING * dt_size(before));
   for (int i = 0; i < DT_TRIALS; ++i) {
     const dt_merit m = dt_measure(s, part);
     const real merit = (m.cost + (DT_PRICE * m.excess)) + (s->gap_price * m.gap);
@@ -134,7 +136,7 @@ static real dt_line_search(@NAME@_state* s, dt_merit* now) {
       best = part;
       least = merit;
       at_best = m;
-      if (merit <= ((before + (((real)1e-4 * part) * fall)) + (DT_ROUNDING * dt_size(before)))) {
+      if (merit <= ((before + (((real)1e-4 * part) * fall)) + allowed)) {
         break;
       }
     }

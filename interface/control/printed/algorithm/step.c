@@ -24,6 +24,23 @@ static void dt_shift(@NAME@_state* s, real t) {
   }
 }
 
+/* Whether each lower limit is below its upper one, which follows it; those of states and rows may be equal. */
+static int dt_have_room(const @NAME@_state* s) {
+  int result = 1;
+  for (int j = 1; j < DT_SIDES; ++j) {
+    const real room = s->bound[j] - s->bound[j - 1];
+    if ((dt_side_entry[j] == dt_side_entry[j - 1]) && ((room < (real)0) || ((j < DT_HARD) && (room == (real)0)))) {
+      result = 0;
+    }
+  }
+  for (int j = 1; j < DT_END_SIDES; ++j) {
+    if ((dt_end_side_entry[j] == dt_end_side_entry[j - 1]) && (s->end_bound[j] < s->end_bound[j - 1])) {
+      result = 0;
+    }
+  }
+  return result;
+}
+
 /* Moves the controls of the plan to within their limits, which may have changed. */
 static void dt_hold_controls(@NAME@_state* s) {
   for (int k = 0; k < DT_N; ++k) {
@@ -98,6 +115,8 @@ void @NAME@_init(@NAME@_state* s) {
   s->interior_steps = 0;
   if (dt_is_finite(sum) == 0) {
     status = @NAME_UP@_NOT_FINITE;
+  } else if (dt_have_room(s) == 0) {
+    status = @NAME_UP@_NO_ROOM;
   } else {
     dt_merit now;
     if ((s->has_plan != 0) && (t > s->begin)) {

@@ -46,7 +46,7 @@ def sweep(
 
     workers: a concurrent.futures executor, a distributed.Client, or "ray", which is started where it is not.  Those on other
         machines need the same files at the same path, and no folder in common.
-    set, restart: as for dyntape.sweep.  progress: is told how many chunks are there.
+    set, restart: as for dyntape.sweep.  progress: is called with the number of finished chunks.
 
     What is finished is in the folder at once: this call, dyntape.sweep and the command go on from there.
 
@@ -88,7 +88,7 @@ def samples(
         concurrent.futures; robots and recorded functions that it holds go along by content.
     workers: as for `sweep`.
     folder: keeps each result as it comes, pickled (read it only if it is yours); the same call goes on from there.  None: nothing is
-        kept.  restart: begins anew.  progress: is told how many are there.
+        kept.  restart: begins anew.  progress: is called with the number of finished ones.
 
     Raises what the function raises, and FileError for a folder with samples of another function, seed or version of it.
 
