@@ -62,10 +62,14 @@ void Dump::machine(const MachineCode& code) const {
         "machine" + std::to_string(kernel.order) + ".lanes" + std::to_string(kernel.lane_width);
     text(name + ".bin", {reinterpret_cast<const char*>(instructions.data()), instructions.size()});
     if (access(objdump.c_str(), X_OK) != 0) continue;
-    run_all({{{objdump, "-D", "-b", "binary", "-m", "i386:x86-64", "-M", "intel", prefix_ + name + ".bin"},
-              prefix_ + name + ".asm",
-              {}}},
-            {});
+    std::vector<std::string> command = {objdump, "-D", "-b", "binary"};
+#if defined(__aarch64__)
+    command.insert(command.end(), {"-m", "aarch64"});
+#else
+    command.insert(command.end(), {"-m", "i386:x86-64", "-M", "intel"});
+#endif
+    command.push_back(prefix_ + name + ".bin");
+    run_all({{command, prefix_ + name + ".asm", {}}}, {});
   }
 }
 

@@ -2,7 +2,9 @@
 //
 // The content hash of a function: XXH3-128 over its canonical form.
 #define XXH_INLINE_ALL
+#if defined(__SSE2__)
 #define XXH_VECTOR XXH_SSE2  // gcc 12 warns about its own AVX-512 header
+#endif
 #include <xxhash.h>
 
 #include <bit>

@@ -34,6 +34,8 @@
 
 #if defined(__SSE2__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 namespace dyntape {
@@ -284,6 +286,8 @@ class Pack<double, N> {
 #if defined(DYNTAPE_HAS_FMA)
     if constexpr (N == 4) return Pack(_mm256_fmadd_pd(a.v_, b.v_, c.v_));
     if constexpr (N == 2) return Pack(_mm_fmadd_pd(a.v_, b.v_, c.v_));
+#elif defined(__aarch64__)
+    if constexpr (N == 2) return Pack(vfmaq_f64(c.v_, a.v_, b.v_));
 #endif
     Pack r;
     for (int i = 0; i < N; ++i) r.set(i, std::fma(a[i], b[i], c[i]));
@@ -300,6 +304,8 @@ class Pack<double, N> {
 #endif
 #if defined(__SSE2__)
     if constexpr (N == 2) return Pack(_mm_sqrt_pd(v_));
+#elif defined(__aarch64__)
+    if constexpr (N == 2) return Pack(vsqrtq_f64(v_));
 #endif
     return each([](double x) { return std::sqrt(x); });
   }

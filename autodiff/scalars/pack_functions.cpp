@@ -26,6 +26,9 @@ void put(double* y, double x) { *y = x; }
 #if defined(__SSE2__)
 void put(double* y, const __m128d& x) { _mm_storeu_pd(y, x); }
 #endif
+#if defined(__aarch64__)
+void put(double* y, const float64x2_t& x) { vst1q_f64(y, x); }
+#endif
 #if defined(DYNTAPE_HAS_AVX)
 void put(double* y, const __m256d& x) { _mm256_storeu_pd(y, x); }
 #endif
@@ -51,6 +54,9 @@ void put(double* y, const __m512d& x) { _mm512_storeu_pd(y, x); }
 #if defined(__SSE2__)
 #define DYNTAPE_STEP_2(STEP, ...) \
   for (; n - i >= 2; i += 2) STEP(2, _mm_loadu_pd, sse2, __VA_ARGS__)
+#elif defined(__aarch64__)
+#define DYNTAPE_STEP_2(STEP, ...) \
+  for (; n - i >= 2; i += 2) STEP(2, vld1q_f64, advsimdnofma, __VA_ARGS__)
 #else
 #define DYNTAPE_STEP_2(...)
 #endif

@@ -53,12 +53,27 @@ std::string no_compiler(const std::string& wanted) {
 
 namespace {
 
+// Code for this processor.  A user's own -mcpu or -march takes its place on aarch64, since cross compilers do not know "native".
+std::vector<std::string> processor_flags([[maybe_unused]] const std::vector<std::string>& user_flags) {
+#if defined(__aarch64__)
+  const bool is_named = std::any_of(user_flags.begin(), user_flags.end(), [](const std::string& flag) {
+    return flag.starts_with("-mcpu=") || flag.starts_with("-march=");
+  });
+  if (is_named) return {};
+  return {"-mcpu=native"};
+#else
+  return {"-march=native"};
+#endif
+}
+
 // All but its identity; without a path if there is none.
 Compiler chosen_compiler(const std::string& wanted, const std::vector<std::string>& user_flags) {
   Compiler compiler;
   compiler.path = program_for(wanted);
-  compiler.flags = {"-std=c99", "-march=native", "-fPIC", "-fvisibility=hidden", "-pipe"};
-  for (const auto* more : {&user_flags, &contract_flags()})
+  compiler.flags = {"-std=c99"};
+  const std::vector<std::string> processor = processor_flags(user_flags),
+                                 always = {"-fPIC", "-fvisibility=hidden", "-pipe"};
+  for (const auto* more : {&processor, &always, &user_flags, &contract_flags()})
     compiler.flags.insert(compiler.flags.end(), more->begin(), more->end());
   compiler.chooses_level = std::none_of(user_flags.begin(), user_flags.end(),
                                         [](const std::string& flag) { return flag.starts_with("-O"); });

@@ -26,7 +26,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// What decides what -march=native means, cheaply.
+// What decides what -march=native and -mcpu=native mean, cheaply.
 std::string processor() {
   std::ostringstream text;
   text << getauxval(AT_HWCAP) << ' ' << getauxval(AT_HWCAP2);
@@ -36,6 +36,10 @@ std::string processor() {
     if (!__get_cpuid_count(leaf, 0, &a, &b, &c, &d)) continue;
     text << ' ' << a << ' ' << (leaf == 1 ? 0u : b) << ' ' << c << ' ' << d;  // leaf 1: b names the core
   }
+#elif defined(__aarch64__)
+  std::string core;  // implementer and part
+  std::ifstream("/sys/devices/system/cpu/cpu0/regs/identification/midr_el1") >> core;
+  text << ' ' << core;
 #endif
   return text.str();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Instructions of one processor: what the table's operators become, on registers that hold one value, or one of each of 2, 4 or 8
-// lanes.  x86-64 with AVX2 and FMA (level v3), or AVX-512 (v4); another processor would be another file beside encoder_x86_64.cpp.
+// lanes.  encoder_x86_64.cpp: x86-64 with AVX2 and FMA (level v3), or AVX-512 (v4).  encoder_a64.cpp: aarch64 (A64), two lanes.
 //
 //   Encoder encode(8, layout);
 //   encode.load(0, {Location::kX, 3});                                  register 0 = x[3], of all lanes

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Processors that no encoder is written for.
-#if !defined(__x86_64__)
+#if !defined(__x86_64__) && !defined(__AARCH64EL__)
 #include <dyntape/codegen/machine/encoder.h>
 
 #include <dyntape/autodiff/error.h>

@@ -13,6 +13,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/processor_level.h>
+#include <dyntape/codegen/machine/note_guards.h>
 #include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
@@ -48,17 +49,6 @@ struct Heap : Xbyak::Allocator {
 Heap& heap() {
   static Heap one;
   return one;
-}
-
-void note_guards(const double* conditions, const GuardTable* guards, std::uint32_t* status,
-                 std::size_t lanes) {
-  for (std::size_t l = 0; l < lanes; ++l) status[l] = 0;
-  for (std::size_t k = guards->size(); k-- > 0;) {
-    for (std::size_t l = 0; l < lanes; ++l) {
-      const bool was_taken = conditions[k * lanes + l] != 0;
-      if (was_taken != ((*guards)[k] != 0)) status[l] = static_cast<std::uint32_t>(k + 1);
-    }
-  }
 }
 
 }  // namespace

@@ -36,6 +36,8 @@ ExecutableMemory::ExecutableMemory(const std::vector<std::span<const std::uint8_
     std::uint8_t* to = writable;
     for (const auto& code : codes) {
       std::copy(code.begin(), code.end(), to);
+      // A processor may hold what the memory contained before in its instruction cache.
+      __builtin___clear_cache(reinterpret_cast<char*>(to), reinterpret_cast<char*>(to + code.size()));
       codes_.emplace_back(to, code.size());
       to += rounded(code.size(), kLine);
     }

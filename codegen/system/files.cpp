@@ -7,7 +7,9 @@
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#if defined(__SSE2__)
 #define XXH_VECTOR XXH_SSE2  // gcc 12 warns about its own AVX-512 header
+#endif
 #include <xxhash.h>
 
 #include <algorithm>

@@ -118,6 +118,8 @@ class Group {
     start.open(1, "/dev/null", O_WRONLY);
     start.give(1, 2);
     if (start.run({"/bin/sh", "-c", "read end; kill -KILL 0"}, {}, leader_) != 0) leader_ = 0;
+    // Emulators (qemu's user mode) do not wait until the shell has started, and so has a group.
+    if (leader_) (void)setpgid(leader_, leader_);
   }
   ~Group() {
     end();

@@ -9,11 +9,19 @@
 // Implemented in software, so slow: use it in tests and references only.
 #pragma once
 
+#if defined(__aarch64__)
+#include <dyntape/dynamics/algebra/scalar.h>
+#else
 #include <boost/multiprecision/eigen.hpp>
 #include <boost/multiprecision/float128.hpp>
+#endif
 
 namespace dyntape::dynamics {
 
+#if defined(__aarch64__)
+using Float128 = long double;  // of the same 113 bits; gcc has no __float128 there
+#else
 using Float128 = boost::multiprecision::float128;
+#endif
 
 }  // namespace dyntape::dynamics

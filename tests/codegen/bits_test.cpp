@@ -9,6 +9,7 @@
 
 #include <array>
 
+#include "codegen/compilers.h"
 #include "random_function.h"
 
 namespace dyntape::bits_test {
@@ -64,7 +65,7 @@ class Bits : public ::testing::TestWithParam<int> {};
 const std::array<Variant, 5> kVariants = {{{{"-O0"}, 400},
                                            {{}, 400},
                                            {{}, 100000},
-                                           {{"-O3", "-march=x86-64"}, 250},
+                                           {{"-O3", testing::kOldProcessor}, 250},
                                            {{"-O3", "-march=native"}, 400}}};
 
 TEST_P(Bits, RandomGraphsOverEveryOperator) {

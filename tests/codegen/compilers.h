@@ -22,6 +22,13 @@ inline Route without_compiler() {
   return codegen::MachineCode::is_possible() ? Route::kMachineCode : Route::kInterpreter;
 }
 
+// The compiler's flag for a processor older than this one.
+#if defined(__aarch64__)
+inline constexpr const char* kOldProcessor = "-mcpu=cortex-a53";
+#else
+inline constexpr const char* kOldProcessor = "-march=x86-64";
+#endif
+
 // A folder that is removed when the test ends.
 class Scratch {
  public:

@@ -92,7 +92,7 @@ TEST_F(CacheFolder, WhatDecidesTheLibraryEntersTheKey) {
   o.flags = {"-DNAME=1"};
   expect(false, with_constant(c), o, "a definition");
   o = options();
-  o.flags = {"-march=x86-64"};
+  o.flags = {testing::kOldProcessor};
   expect(false, with_constant(c), o, "another processor");
   o = options();
   o.piece_statements = 4;

@@ -42,7 +42,9 @@ class InScalar {
 
 extern template class InScalar<float>;
 extern template class InScalar<double>;
+#if !defined(__aarch64__)  // where Float128 is long double
 extern template class InScalar<long double>;
+#endif
 extern template class InScalar<dynamics::Float128>;
 extern template class InScalar<Exact>;
 
