@@ -96,7 +96,7 @@ CPPAD_DISCRETE_FUNCTION(double, graph_step)
 CPPAD_DISCRETE_FUNCTION(float, graph_step)
 
 template <class Base>
-class GraphsOf : public testing::Test {};
+class GraphsOf : public ::testing::Test {};
 using GraphBases = testing::Types<float, double>;
 TYPED_TEST_SUITE(GraphsOf, GraphBases);
 

@@ -229,7 +229,7 @@ const Misuse kMisuses[] = {
      {"A has 3", "expected 4"}},
 };
 
-class CppadMisuse : public testing::TestWithParam<Misuse> {
+class CppadMisuse : public ::testing::TestWithParam<Misuse> {
  protected:
   void TearDown() override { ADouble::abort_recording(); }
 };

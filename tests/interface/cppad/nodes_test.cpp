@@ -164,7 +164,7 @@ class Two : public CppAD::atomic_base<double> {
 };
 
 template <class Atomic>
-class AtomicPrograms : public testing::Test {
+class AtomicPrograms : public ::testing::Test {
  protected:
   Atomic atomic_;
   ADFun<double> make() {

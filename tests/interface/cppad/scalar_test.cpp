@@ -74,7 +74,7 @@ const Unary kUnary[] = {
      [](double x) { return std::log(2.0) * std::exp2(x); }, 0.3},
 };
 
-class UnaryProgram : public testing::TestWithParam<Unary> {};
+class UnaryProgram : public ::testing::TestWithParam<Unary> {};
 
 TEST_P(UnaryProgram, HasValueAndSlopeInBothModes) {
   const Unary& row = GetParam();

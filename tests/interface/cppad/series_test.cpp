@@ -97,7 +97,7 @@ const Known kKnown[] = {
      [](std::size_t k) { return 1 / factorial(k) + (k ? 1 / factorial(k - 1) : 0); }},
 };
 
-class KnownSeries : public testing::TestWithParam<Known> {};
+class KnownSeries : public ::testing::TestWithParam<Known> {};
 
 TEST_P(KnownSeries, ForwardOrderByOrder) {
   ADFun<double> f =

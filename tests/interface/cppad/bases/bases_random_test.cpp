@@ -78,7 +78,7 @@ Base number(Random& random) {
 }
 
 template <class Base>
-class CppadBases : public testing::Test {
+class CppadBases : public ::testing::Test {
  public:
   using Type = typename Reference<Base>::Type;
   using Many = std::vector<Base>;

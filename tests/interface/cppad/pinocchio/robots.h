@@ -83,7 +83,7 @@ inline const Robot kRobots[] = {{"arm", arm},
                                 {"quadruped", [] { return legged(4, 3); }},
                                 {"biped", [] { return legged(2, 6); }}};
 
-class PinocchioRecorded : public testing::TestWithParam<Robot> {
+class PinocchioRecorded : public ::testing::TestWithParam<Robot> {
  protected:
   PinocchioRecorded()
       : model_(GetParam().make()), data_(model_), taped_(model_.cast<Scalar>()), taped_data_(taped_) {

@@ -26,7 +26,7 @@ std::vector<std::string> doors() {
   return names;
 }
 
-class Doors : public testing::TestWithParam<std::string> {};
+class Doors : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Doors, LeadToTheSameBits) {
   const Task task =
