@@ -179,7 +179,7 @@ class AtomicPrograms : public ::testing::Test {
     return f;
   }
 };
-using Generations = testing::Types<Two, Three, Four>;
+using Generations = ::testing::Types<Two, Three, Four>;
 TYPED_TEST_SUITE(AtomicPrograms, Generations);
 
 TYPED_TEST(AtomicPrograms, ValuesAndSlopesInBothModes) {

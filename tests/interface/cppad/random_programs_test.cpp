@@ -75,6 +75,6 @@ TEST_P(CppadRandomPrograms, AgreeWithDerivation) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, CppadRandomPrograms, testing::Values(9000, 9100, 9200, 9300));
+INSTANTIATE_TEST_SUITE_P(Seeds, CppadRandomPrograms, ::testing::Values(9000, 9100, 9200, 9300));
 
 }  // namespace

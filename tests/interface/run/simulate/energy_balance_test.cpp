@@ -304,7 +304,7 @@ TEST(AccountOfLongSteps, IsThatOfTheSchemeItself) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, Account, testing::ValuesIn(kSchemes), [](const auto& scheme) {
+INSTANTIATE_TEST_SUITE_P(Each, Account, ::testing::ValuesIn(kSchemes), [](const auto& scheme) {
   std::string name = to_string(scheme.param.integrator);
   std::erase(name, '-');
   return name;

@@ -55,7 +55,7 @@ TEST_P(Doors, LeadToTheSameBits) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Tasks, Doors, testing::ValuesIn(doors()),
+INSTANTIATE_TEST_SUITE_P(Tasks, Doors, ::testing::ValuesIn(doors()),
                          [](const auto& door) { return door.param; });
 
 TEST(Doors, AreTwelve) { EXPECT_EQ(doors().size(), 12u); }
