@@ -53,7 +53,8 @@ std::string no_compiler(const std::string& wanted) {
 
 namespace {
 
-// Code for this processor.  A user's own -mcpu or -march takes its place on aarch64, since cross compilers do not know "native".
+// Flags for this processor.  On aarch64 a user's own -mcpu or -march replaces them, since cross compilers do not know
+// "native".
 std::vector<std::string> processor_flags([[maybe_unused]] const std::vector<std::string>& user_flags) {
 #if defined(__aarch64__)
   const bool is_named = std::any_of(user_flags.begin(), user_flags.end(), [](const std::string& flag) {

@@ -90,7 +90,8 @@ constexpr Word store_integer(int from, int base, Word offset) {
   return word(0xf9000000, from, base) | offset / 8 << 10;
 }
 
-// Floating-point registers of 8 or 16 bytes.  `offset`: a multiple of them, of at most 4095 times as many; or in a register.
+// Floating-point registers of 8 or 16 bytes.  `offset`: a multiple of their size, at most 4095 times it; or in a
+// register.
 constexpr Word load_word(int bytes, int to, int base, Word offset) {
   return word(bytes == 8 ? 0xfd400000 : 0x3dc00000, to, base) | offset / static_cast<Word>(bytes) << 10;
 }

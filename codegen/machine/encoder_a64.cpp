@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A64, the instruction set of aarch64.  Registers of a kernel: x19 to x25 hold x, p, w, y, Jacobian, Hessian and the work array, x26
-// the constants, x27 the number of points left, x28 the status; functions that are called keep them.  Strides are on the stack.
-// x9, x10, x16 and the last three vector registers are for steps within an operation.
+// A64, the instruction set of aarch64.  Registers of a kernel: x19 to x25 hold x, p, w, y, Jacobian, Hessian and
+// the work array, x26 the constants, x27 the number of points left, x28 the status; called functions preserve them.
+// Strides are on the stack.  x9, x10, x16 and the last three vector registers are scratch within an operation.
 #if defined(__AARCH64EL__)
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/machine/a64_instructions.h>
@@ -34,7 +34,7 @@ enum Integer : int {
 };
 constexpr int kStep = 9, kSecondStep = 10, kAddress = 16;
 
-// Bytes above the stack pointer: x29, x30; x19 to x28; d8 to d15; six strides.  Arguments behind the eighth are above.
+// Bytes above the stack pointer: x29, x30; x19 to x28; d8 to d15; six strides.  The ninth argument is above.
 constexpr int kSaved = 16, kSavedFloating = 96, kStrides = 160, kFrameBytes = 208;
 
 }  // namespace

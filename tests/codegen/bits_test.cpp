@@ -9,7 +9,7 @@
 
 #include <array>
 
-#include "codegen/compilers.h"
+#include "compilers.h"
 #include "random_function.h"
 
 namespace dyntape::bits_test {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Evaluates a robot's function so many times, for counters of instructions (instructions.sh).
-//   evaluations ROBOT.urdf FUNCTION interpreter|machine-code|compiled|double|packs N        N states; lanes with "+lanes"
+//   evaluations ROBOT.urdf FUNCTION interpreter|machine-code|compiled|double|packs N      N states; lanes: "+lanes"
 #include <cstdio>
 #include <cstdlib>
 #include <string>

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Hashes of what robots' dynamics give by every route, a line a robot, function and route.  The lines are the same on every
-// processor (aarch64_bits.sh).
-//   same_bits [--compiled N] ROBOT.urdf...      --compiled N: by compiled text too, for robots of at most N degrees of freedom
+// Prints hashes of the results of robots' functions: a line for each robot, function and route.  The lines are the
+// same on every processor (aarch64_bits.sh), except those of Hessians.
+//   same_bits [--all] [--compiled N] [--hessians N] ROBOT.urdf...
+//     --all           all functions of the table, by portable functions, in place of the five of optimal control
+//     --compiled N    by compiled text too, for robots of at most N degrees of freedom
+//     --hessians N    Hessians of the recordings too, likewise, by the interpreter and as machine code
 //
 // The configurations are of dyntape's own sines: the C library's differ between processors in the last bit.
 #include <cmath>
@@ -73,6 +76,18 @@ std::vector<double> states_of(const dynamics::Model<double>& model, std::size_t 
   return states;
 }
 
+struct Wanted {
+  bool all = false;
+  int compiled = 0, hessians = 0;
+};
+
+constexpr int kRecordedWhole = 12;  // degrees of freedom up to which second derivatives are recorded
+
+bool is_second(const RobotFunction& f) {
+  const std::string name = to_string(f);
+  return name.find("second") != std::string::npos || name.find("hessian") != std::string::npos;
+}
+
 class Case {
  public:
   Case(std::string robot, const dynamics::Model<double>& model, const RobotFunction& f)
@@ -82,24 +97,30 @@ class Case {
         work_(model, f),
         states_(states_of(model, work_.n_in())) {}
 
-  void run(bool compiled) {
+  void run(const Wanted& wanted) {
     plain();
     narrow();
     packs();
+    if (is_second(f_) && model_.nv > kRecordedWhole) return;
     const Function recorded = record_robot_function(model_, f_);
     CodegenOptions options;
     options.order = Order::kValue;
+    options.functions = wanted.all ? Functions::kPortable : kDefaultFunctions;
     options.use_cache = false;
-    options.route = Route::kInterpreter;
-    whole(recorded, options, "interpreted");
     options.lanes = Lanes::kNative;
-    if (codegen::MachineCode::is_possible()) {
-      options.route = Route::kMachineCode;
-      whole(recorded, options, "machine code");
+    for (const Route route : {Route::kInterpreter, Route::kMachineCode, Route::kCompiled}) {
+      if (route == Route::kMachineCode && !codegen::MachineCode::is_possible()) continue;
+      if (route == Route::kCompiled && model_.nv > wanted.compiled) continue;
+      options.route = route;
+      const char* const name = route == Route::kInterpreter   ? "interpreted"
+                               : route == Route::kMachineCode ? "machine code"
+                                                              : "compiled";
+      whole(CompiledFunction::make(recorded, options), name);
+      if (route == Route::kCompiled || model_.nv > wanted.hessians || is_derivative(f_)) continue;
+      CodegenOptions second = options;
+      second.order = Order::kSecond;
+      hessians(CompiledFunction::make(recorded, second), name);
     }
-    if (!compiled) return;
-    options.route = Route::kCompiled;
-    whole(recorded, options, "compiled");
   }
 
  private:
@@ -133,8 +154,7 @@ class Case {
     say("packs", y);
   }
   // One state after the other, and all at once: in lanes where the function has them.
-  void whole(const Function& recorded, const CodegenOptions& options, const std::string& route) {
-    const CompiledFunction f = CompiledFunction::make(recorded, options);
+  void whole(const CompiledFunction& f, const std::string& route) {
     CompiledFunction::Workspace workspace(f);
     std::vector<double> y(kStates * f.n_y());
     for (std::size_t k = 0; k < kStates; ++k)
@@ -145,6 +165,17 @@ class Case {
     points.count = kStates, points.x = states_.data(), points.y = y.data();
     f.check(f.run(Order::kValue, points, workspace), kStates);
     say((route + " together").c_str(), y);
+  }
+  void hessians(const CompiledFunction& f, const std::string& route) {
+    CompiledFunction::Workspace workspace(f);
+    const std::size_t n_y = f.n_y(), n_j = f.jacobian_pattern().nnz(), n_h = f.hessian_pattern().nnz();
+    std::vector<double> all(kStates * (n_y + n_j + n_h)), w(kStates * n_y);
+    for (std::size_t i = 0; i < w.size(); ++i) w[i] = 1 - 0.25 * static_cast<double>(i % 7);
+    Points points;
+    points.count = kStates, points.x = states_.data(), points.w = w.data(), points.y = all.data();
+    points.jacobian = all.data() + kStates * n_y, points.hessian = points.jacobian + kStates * n_j;
+    f.check(f.run(Order::kSecond, points, workspace), kStates);
+    say((route + " Hessians").c_str(), all);
   }
 
   const std::string robot_;
@@ -157,19 +188,24 @@ class Case {
 }  // namespace
 
 int main(int count, char** arguments) {
-  int compiled = 0;
+  Wanted wanted;
   for (int k = 1; k < count; ++k) {
     const std::string path = arguments[k];
-    if (path == "--compiled" && k + 1 < count) {
-      compiled = std::atoi(arguments[++k]);
+    if (path == "--all") {
+      wanted.all = true;
+      continue;
+    }
+    if ((path == "--compiled" || path == "--hessians") && k + 1 < count) {
+      (path == "--compiled" ? wanted.compiled : wanted.hessians) = std::atoi(arguments[++k]);
       continue;
     }
     const dynamics::Model<double> model = dynamics::load_urdf(path);
     const std::string robot = path.substr(path.rfind('/') + 1);
-    for (const RobotFunction& f : kCoreFunctions) {
+    const std::vector<RobotFunction> core(std::begin(kCoreFunctions), std::end(kCoreFunctions));
+    for (const RobotFunction& f : wanted.all ? robot_functions() : core) {
       try {
-        Case(robot, model, f).run(model.nv <= compiled);
-      } catch (const Error& e) {  // no inertia about a joint
+        Case(robot, model, f).run(wanted);
+      } catch (const Error& e) {  // no frame on a body, no inertia about a joint
         std::printf("%s,%s,%s\n", robot.c_str(), to_string(f), e.what());
       }
     }
