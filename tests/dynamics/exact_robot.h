@@ -47,7 +47,7 @@ Eigen::MatrixXd vector_difference(const VectorXq& x, const F& f) {
 }
 
 // What tests with a seed as their parameter start from.
-class ExactRobot : public testing::TestWithParam<unsigned long> {
+class ExactRobot : public ::testing::TestWithParam<unsigned long> {
  protected:
   // Up to so many joints; every `inner`-th seed may hang free-flyers on bodies.
   explicit ExactRobot(int most_joints, unsigned long inner) : random(GetParam()) {

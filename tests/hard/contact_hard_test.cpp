@@ -24,7 +24,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using testing::EveryRoute;
-using testing::Values;
+using ::testing::Values;
 
 // --- Feet ----------------------------------------------------------------------------------------------------
 

@@ -21,7 +21,7 @@ namespace {
 using dynamics::Model;
 using testing::EveryRoute;
 using testing::same_bits;
-using testing::Values;
+using ::testing::Values;
 
 Model<double> quadruped() {
   return dynamics::load_urdf(test::source_folder() + "/config/robots/solo12.urdf",

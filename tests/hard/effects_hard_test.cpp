@@ -21,7 +21,7 @@ using dynamics::Model;
 using Eigen::VectorXd;
 using testing::EveryRoute;
 using testing::Float128;
-using testing::Values;
+using ::testing::Values;
 
 // A mass on massless slides along x, y and z.
 Model<double> particle(double mass) {

@@ -29,7 +29,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using testing::EveryRoute;
 using testing::Float128;
-using testing::Values;
+using ::testing::Values;
 
 Values state_of(const Model<double>& model, const RobotFunction& function, const State& s) {
   Values x(s.q.begin(), s.q.end());

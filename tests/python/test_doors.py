@@ -9,7 +9,7 @@ import dyntape
 import pytest
 from conftest import CONFIG
 
-FOLDER = pathlib.Path(__file__).parents[1] / "interface" / "doors"
+FOLDER = pathlib.Path(__file__).parents[1] / "interface" / "run" / "solve" / "doors"
 ROBOTS = CONFIG / "robots"
 
 

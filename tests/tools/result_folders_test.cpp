@@ -20,14 +20,13 @@ namespace {
 using namespace std::chrono_literals;
 using dyntape::test::command_file;
 using dyntape::test::config;
+using dyntape::test::holds;
 using dyntape::test::Outcome;
 using dyntape::test::run_dyntape;
 using dyntape::test::Scratch;
 using dyntape::test::slurp;
 using nlohmann::json;
 namespace fs = std::filesystem;
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 void put(const std::string& path, const std::string& text) {
   fs::create_directories(fs::path(path).parent_path());
@@ -114,7 +113,7 @@ TEST(ResultFolders, ResultsReplaceNothingThatIsNotDyntapes) {
       *(std::find(words.begin(), words.end(), "--output") + 1) = output;
       const Outcome run = run_dyntape(words);
       EXPECT_EQ(run.status, 1) << name_of_words(words) << " over " << name;
-      EXPECT_TRUE(has(run.err, name)) << run.err;
+      EXPECT_TRUE(holds(run.err, name)) << run.err;
       EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
       EXPECT_EQ(slurp(output + "/" + name), "{\"mine\": 1}") << name_of_words(words);
     }
@@ -124,7 +123,7 @@ TEST(ResultFolders, ResultsReplaceNothingThatIsNotDyntapes) {
   put(output + "/trajectory.svg", "mine");
   const Outcome run = run_dyntape({"simulate", scene, "--output", output});
   EXPECT_EQ(run.status, 1);
-  EXPECT_TRUE(has(run.err, "trajectory.svg")) << run.err;
+  EXPECT_TRUE(holds(run.err, "trajectory.svg")) << run.err;
   EXPECT_EQ(slurp(output + "/trajectory.svg"), "mine");
   EXPECT_EQ(json::parse(slurp(output + "/report.json"))["success"], false);
   // Results that somebody has changed since are his.
@@ -134,7 +133,7 @@ TEST(ResultFolders, ResultsReplaceNothingThatIsNotDyntapes) {
   const std::string changed = slurp(scratch / "again/effective.info");
   const Outcome over = run_dyntape({"simulate", scene, "--output", scratch / "again"});
   EXPECT_EQ(over.status, 1);
-  EXPECT_TRUE(has(over.err, "effective.info: this file has changed since dyntape wrote it")) << over.err;
+  EXPECT_TRUE(holds(over.err, "effective.info: this file has changed since dyntape wrote it")) << over.err;
   EXPECT_EQ(slurp(scratch / "again/effective.info"), changed);
 }
 
@@ -146,7 +145,7 @@ TEST(ResultFolders, WhatARunReadsIsNotReplaced) {
     ASSERT_FALSE(before.empty()) << input;
     const Outcome run = run_dyntape(words);
     EXPECT_EQ(run.status, 1) << name_of_words(words);
-    EXPECT_TRUE(has(run.err, fs::path(input).filename().string() + ": this file is read here")) << run.err;
+    EXPECT_TRUE(holds(run.err, fs::path(input).filename().string() + ": this file is read here")) << run.err;
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
     EXPECT_EQ(slurp(input), before) << input;
   };
@@ -215,9 +214,9 @@ TEST(ResultFolders, OlderResultsStayUntilThereAreNewOnes) {
     execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
     _exit(127);
   }
-  for (int k = 0; k < 3000 && !has(slurp(scratch / "err"), ": iteration "); ++k)
+  for (int k = 0; k < 3000 && !holds(slurp(scratch / "err"), ": iteration "); ++k)
     std::this_thread::sleep_for(20ms);
-  EXPECT_TRUE(has(slurp(scratch / "err"), ": iteration ")) << slurp(scratch / "err");
+  EXPECT_TRUE(holds(slurp(scratch / "err"), ": iteration ")) << slurp(scratch / "err");
   // Nobody else writes there meanwhile.
   for (const Words& words :
        {Words{"solve", config("tasks/block_move.info"), "--output", out},
@@ -225,7 +224,7 @@ TEST(ResultFolders, OlderResultsStayUntilThereAreNewOnes) {
         Words{"mpc", config("control/arm_holds.info"), "--output", out}, sweep_to(out)}) {
     const Outcome second = run_dyntape(words);
     EXPECT_EQ(second.status, 1) << name_of_words(words);
-    EXPECT_TRUE(has(second.err, "another run is writing its results in this folder")) << second.err;
+    EXPECT_TRUE(holds(second.err, "another run is writing its results in this folder")) << second.err;
   }
   kill(-child, SIGKILL);
   waitpid(child, nullptr, 0);
@@ -281,7 +280,7 @@ TEST(ResultFolders, FinishedSweepsAreLookedAt) {
     std::ofstream(out + "/sweep.csv") << damaged;
     const Outcome again = run_dyntape(sweep_to(out));
     EXPECT_EQ(again.status, 1) << again.out;
-    EXPECT_TRUE(has(again.err, "sweep.csv: this file has changed since")) << again.err;
+    EXPECT_TRUE(holds(again.err, "sweep.csv: this file has changed since")) << again.err;
     EXPECT_EQ(slurp(out + "/sweep.csv"), damaged);
   }
   ASSERT_EQ(run_dyntape(sweep_to(out, {"--restart"})).status, 0);
@@ -291,7 +290,7 @@ TEST(ResultFolders, FinishedSweepsAreLookedAt) {
     fs::remove(out + "/" + file);
     const Outcome again = run_dyntape(sweep_to(out));
     EXPECT_EQ(again.status, 0) << again.err;
-    EXPECT_FALSE(has(again.out, "finished by an earlier run")) << file;
+    EXPECT_FALSE(holds(again.out, "finished by an earlier run")) << file;
     EXPECT_EQ(slurp(out + "/sweep.csv"), whole);
   }
 }
@@ -323,7 +322,7 @@ TEST(Pipes, TasksAndScenesComeByThem) {
   }
   const Outcome robot = piped(config("robots/pendulum.urdf"), "simulate", "/dev/stdin");
   EXPECT_EQ(robot.status, 1);
-  EXPECT_TRUE(has(robot.err, "a robot by a pipe can be read once only")) << robot.err;
+  EXPECT_TRUE(holds(robot.err, "a robot by a pipe can be read once only")) << robot.err;
 }
 
 }  // namespace

@@ -74,6 +74,8 @@ inline Outcome run_dyntape(const std::vector<std::string>& arguments, const std:
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output.empty() ? slurp(out) : "", slurp(err)};
 }
 
+inline bool holds(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
+
 inline std::string config(const std::string& name) {
   return std::string(test::source_folder() + "/config/") + name;
 }

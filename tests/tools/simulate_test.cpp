@@ -13,14 +13,13 @@ namespace simulate_test {
 namespace {
 
 using dyntape::test::config;
+using dyntape::test::holds;
 using dyntape::test::Outcome;
 using dyntape::test::run_dyntape;
 using dyntape::test::Scratch;
 using dyntape::test::slurp;
 using nlohmann::json;
 namespace fs = std::filesystem;
-
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(Simulate, NumbersWithoutADirectionAreNoRotation) {
   const Outcome base =

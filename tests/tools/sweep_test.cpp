@@ -19,14 +19,13 @@ namespace {
 using namespace std::chrono_literals;
 using dyntape::test::command_file;
 using dyntape::test::config;
+using dyntape::test::holds;
 using dyntape::test::Outcome;
 using dyntape::test::run_dyntape;
 using dyntape::test::Scratch;
 using dyntape::test::slurp;
 using nlohmann::json;
 namespace fs = std::filesystem;
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 std::vector<std::string> words_of(const std::string& file, const std::string& output,
                                   const std::vector<std::string>& more = {}) {
@@ -91,8 +90,8 @@ TEST(Sweep, WritesATableAPictureAndAReport) {
   const std::string file = config("sweeps/pendulum_amplitudes.info"), output = scratch / "out";
   const Outcome run = run_dyntape(words_of(file, output));
   EXPECT_EQ(run.status, 0) << run.err;
-  EXPECT_TRUE(has(run.out, "30 samples")) << run.out;
-  EXPECT_TRUE(has(slurp(output + "/sweep.svg"), "</svg>"));
+  EXPECT_TRUE(holds(run.out, "30 samples")) << run.out;
+  EXPECT_TRUE(holds(slurp(output + "/sweep.svg"), "</svg>"));
   EXPECT_FALSE(fs::exists(output + "/chunks"));
   EXPECT_FALSE(fs::exists(output + "/failures.txt"));
   const json report = json::parse(slurp(output + "/report.json"));
@@ -105,7 +104,7 @@ TEST(Sweep, WritesATableAPictureAndAReport) {
   const auto written = fs::last_write_time(output + "/sweep.csv");
   const Outcome again = run_dyntape(words_of(file, output));
   EXPECT_EQ(again.status, 0) << again.err;
-  EXPECT_TRUE(has(again.out, "finished by an earlier run")) << again.out;
+  EXPECT_TRUE(holds(again.out, "finished by an earlier run")) << again.out;
   EXPECT_EQ(fs::last_write_time(output + "/sweep.csv"), written);
   const Outcome anew = run_dyntape(words_of(file, output, {"--restart"}));
   EXPECT_EQ(anew.status, 0) << anew.err;
@@ -124,18 +123,18 @@ TEST(Sweep, OneSampleIsSimulatedAlone) {
   ASSERT_EQ(run_dyntape(words_of(file, scratch / "all")).status, 0);
   const Outcome one = run_dyntape(words_of(file, scratch / "one", {"--sample", "17"}));
   EXPECT_EQ(one.status, 0) << one.err;
-  EXPECT_TRUE(has(one.out, "start.q 1.7999999999999998")) << one.out;
+  EXPECT_TRUE(holds(one.out, "start.q 1.7999999999999998")) << one.out;
   const std::string table = slurp(scratch / "all/sweep.csv"), motion = slurp(scratch / "one/motion.csv");
   const std::string last = motion.substr(motion.rfind('\n', motion.size() - 2) + 1);
   EXPECT_TRUE(
-      has(table, "\n17,1.7999999999999998,1," + last.substr(0, last.find(',', last.find(',', 3) + 1))))
+      holds(table, "\n17,1.7999999999999998,1," + last.substr(0, last.find(',', last.find(',', 3) + 1))))
       << last;
   EXPECT_TRUE(fs::exists(scratch / "one/motion.html"));
-  EXPECT_TRUE(has(slurp(scratch / "one/effective.info"), "Sample 17 of")) << one.out;
-  EXPECT_TRUE(has(slurp(scratch / "one/report.json"), "start.q 1.7999999999999998"));
+  EXPECT_TRUE(holds(slurp(scratch / "one/effective.info"), "Sample 17 of")) << one.out;
+  EXPECT_TRUE(holds(slurp(scratch / "one/report.json"), "start.q 1.7999999999999998"));
   const Outcome none = run_dyntape(words_of(file, scratch / "one", {"--sample", "30"}));
   EXPECT_EQ(none.status, 1);
-  EXPECT_TRUE(has(none.err, "samples 0 to 29")) << none.err;
+  EXPECT_TRUE(holds(none.err, "samples 0 to 29")) << none.err;
 }
 
 TEST(Sweep, KilledAtAnyMomentItEndsWithTheSameBytes) {
@@ -185,7 +184,7 @@ TEST(Sweep, CtrlCKeepsWhatIsDone) {
   EXPECT_FALSE(fs::exists(output + "/sweep.csv"));
   const Outcome rest = run_dyntape(words_of(file, output));
   EXPECT_EQ(rest.status, 0);
-  EXPECT_TRUE(has(rest.err, "resumed, ")) << rest.err;
+  EXPECT_TRUE(holds(rest.err, "resumed, ")) << rest.err;
   EXPECT_EQ(slurp(output + "/sweep.csv"), slurp(scratch / "whole/sweep.csv"));
 }
 
@@ -199,15 +198,15 @@ TEST(Sweep, AnotherSweepIsRefused) {
     kill(sweep.pid, SIGSTOP);  // so that it does not end before the second has started
     const Outcome second = run_dyntape(words_of(file, output));
     EXPECT_EQ(second.status, 1);
-    EXPECT_TRUE(has(second.err, "another sweep is running in this folder")) << second.err;
+    EXPECT_TRUE(holds(second.err, "another sweep is running in this folder")) << second.err;
     sweep.send(SIGKILL);
   }
   const long left = chunks_in(output);
   long_sweep(scratch, "2");
   const Outcome other = run_dyntape(words_of(file, output));
   EXPECT_EQ(other.status, 1);
-  EXPECT_TRUE(has(other.err, "holds another sweep")) << other.err;
-  EXPECT_TRUE(has(other.err, "--restart")) << other.err;
+  EXPECT_TRUE(holds(other.err, "holds another sweep")) << other.err;
+  EXPECT_TRUE(holds(other.err, "--restart")) << other.err;
   EXPECT_EQ(std::count(other.err.begin(), other.err.end(), '\n'), 1) << other.err;
   EXPECT_EQ(chunks_in(output), left);
   EXPECT_EQ(run_dyntape(words_of(file, output, {"--restart"})).status, 0);
@@ -222,14 +221,14 @@ TEST(Sweep, FullDisksAndFoldersThatAreNoneEndInASentence) {
   std::ofstream(scratch / "taken") << "x";
   const Outcome taken = run_dyntape(words_of(file, scratch / "taken"));
   EXPECT_EQ(taken.status, 1);
-  EXPECT_TRUE(has(taken.err, "it is a file; expected a folder")) << taken.err;
+  EXPECT_TRUE(holds(taken.err, "it is a file; expected a folder")) << taken.err;
   ASSERT_EQ(run_dyntape(words_of(file, scratch / "whole")).status, 0);
   // No file may have more than 1000 bytes.
   const std::string line = std::string("trap '' XFSZ; exec prlimit --fsize=1000 ") + command_file() +
                            " sweep '" + file + "' --output '" + output + "' >/dev/null 2>'" +
                            (scratch / "err") + "'";
   EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 1);
-  EXPECT_TRUE(has(slurp(scratch / "err"), ".rows")) << slurp(scratch / "err");
+  EXPECT_TRUE(holds(slurp(scratch / "err"), ".rows")) << slurp(scratch / "err");
   EXPECT_EQ(chunks_in(output), 0);
   ASSERT_EQ(run_dyntape(words_of(file, output)).status, 0);
   EXPECT_EQ(slurp(output + "/sweep.csv"), slurp(scratch / "whole/sweep.csv"));
@@ -253,7 +252,7 @@ TEST(Sweep, RefusesInASentence) {
   for (const auto& [words, expected] : cases) {
     const Outcome run = run_dyntape(words);
     EXPECT_NE(run.status, 0) << words[1];
-    EXPECT_TRUE(has(run.err, expected)) << run.err;
+    EXPECT_TRUE(holds(run.err, expected)) << run.err;
     EXPECT_FALSE(fs::exists(out)) << words[1];
   }
   EXPECT_EQ(run_dyntape({"check-config", file}).status, 0);

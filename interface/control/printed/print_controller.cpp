@@ -185,7 +185,7 @@ class ControllerPrinter {
     if (parts_.n_parameters > 0) define("FIXED_P", 1);
     const bool single = options_.single;
     define_number("PRICE", options_.price);
-    define_number("MU_COLD", options_.price), define_number("MU_WARM", std::min(1e-2, 1e-2 * options_.price));
+    define_number("MU_COLD", options_.price), define_number("MU_WARM", std::min(1e-3, 1e-3 * options_.price));
     define_number("MU_END", mu_end()), define_number("PRECISION", mu_end() * double(products));
     define_number("SHORT", 0.2);
     define_number("LEFT", single ? 1e-3 : 1e-6);

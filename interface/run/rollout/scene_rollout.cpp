@@ -22,6 +22,7 @@ CodegenOptions options_of_rollout(const Scene& scene, const std::stop_token& sto
   CodegenOptions options = scene.evaluation;
   options.stop = stop;
   if (!RigidStepper::needs_jacobians(scene.integrator)) options.lanes = Lanes::kNative;
+  if (options.route == Route::kAutomatic) options.route = Route::kTiered;  // begins at once
   return options;
 }
 

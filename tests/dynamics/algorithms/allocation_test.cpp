@@ -7,28 +7,10 @@
 #include <dyntape/dynamics/algorithms/second_order.h>
 #include <dyntape/dynamics/contact/constrained_hessian.h>
 
-#include <atomic>
-
+#include "counted_allocations.h"
 #include "dynamics/all_effects.h"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define DYNTAPE_COUNTS_ALLOCATIONS 0  // the sanitizer has put its own functions in their place
-#else
-#define DYNTAPE_COUNTS_ALLOCATIONS 1
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-// Eigen and operator new both end here.
-extern "C" {
-void* __libc_malloc(std::size_t size) noexcept;
-void* malloc(std::size_t size) noexcept {
-  ++allocations;
-  return __libc_malloc(size);
-}
-}
-
+#if DYNTAPE_COUNTS_ALLOCATIONS
 namespace dyntape::dynamics::allocation_test {
 namespace {
 
@@ -36,9 +18,9 @@ namespace {
 template <class F>
 long count(F call) {
   call();
-  const long before = allocations;
+  const long before = test::allocations;
   call();
-  return allocations - before;
+  return test::allocations - before;
 }
 
 class Allocation : public ::testing::TestWithParam<unsigned long> {

@@ -21,8 +21,8 @@ using test::swing_up;
 using test::swing_up_low;
 using test::tight;
 
-class FullOptima : public testing::TestWithParam<NlpMethod> {};
-INSTANTIATE_TEST_SUITE_P(By, FullOptima, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
+class FullOptima : public ::testing::TestWithParam<NlpMethod> {};
+INSTANTIATE_TEST_SUITE_P(By, FullOptima, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          test::method_name);
 
 TEST_P(FullOptima, CartPoleOnFineMeshes) {

@@ -20,15 +20,15 @@ inline SolverOptions tight(NlpMethod method) {
 }
 
 // Whether a number, rounded to as many decimals as are written, is the one that is written.
-inline testing::AssertionResult has_digits(double value, const char* written) {
+inline ::testing::AssertionResult has_digits(double value, const char* written) {
   const char* point = std::strchr(written, '.');
   char rounded[64];
   std::snprintf(rounded, sizeof rounded, "%.*f", point ? int(std::strlen(point)) - 1 : 0, value);
-  if (std::strcmp(rounded, written) == 0) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << rounded << " in place of " << written;
+  if (std::strcmp(rounded, written) == 0) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << rounded << " in place of " << written;
 }
 
-inline std::string method_name(const testing::TestParamInfo<NlpMethod>& info) {
+inline std::string method_name(const ::testing::TestParamInfo<NlpMethod>& info) {
   return info.param == NlpMethod::kIpopt ? "ipopt" : "stages";
 }
 

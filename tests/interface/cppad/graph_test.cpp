@@ -96,8 +96,8 @@ CPPAD_DISCRETE_FUNCTION(double, graph_step)
 CPPAD_DISCRETE_FUNCTION(float, graph_step)
 
 template <class Base>
-class GraphsOf : public testing::Test {};
-using GraphBases = testing::Types<float, double>;
+class GraphsOf : public ::testing::Test {};
+using GraphBases = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(GraphsOf, GraphBases);
 
 TYPED_TEST(GraphsOf, FunctionsOfTheUserByName) {

@@ -229,7 +229,7 @@ const Misuse kMisuses[] = {
      {"A has 3", "expected 4"}},
 };
 
-class CppadMisuse : public testing::TestWithParam<Misuse> {
+class CppadMisuse : public ::testing::TestWithParam<Misuse> {
  protected:
   void TearDown() override { ADouble::abort_recording(); }
 };
@@ -241,7 +241,7 @@ TEST_P(CppadMisuse, IsASentence) {
   EXPECT_EQ(sentence.find('\n'), std::string::npos);
 }
 
-INSTANTIATE_TEST_SUITE_P(Calls, CppadMisuse, testing::ValuesIn(kMisuses),
+INSTANTIATE_TEST_SUITE_P(Calls, CppadMisuse, ::testing::ValuesIn(kMisuses),
                          [](const auto& row) { return row.param.name; });
 
 TEST(CppadThreads, EachHasItsOwnRecording) {

@@ -164,7 +164,7 @@ class Two : public CppAD::atomic_base<double> {
 };
 
 template <class Atomic>
-class AtomicPrograms : public testing::Test {
+class AtomicPrograms : public ::testing::Test {
  protected:
   Atomic atomic_;
   ADFun<double> make() {
@@ -179,7 +179,7 @@ class AtomicPrograms : public testing::Test {
     return f;
   }
 };
-using Generations = testing::Types<Two, Three, Four>;
+using Generations = ::testing::Types<Two, Three, Four>;
 TYPED_TEST_SUITE(AtomicPrograms, Generations);
 
 TYPED_TEST(AtomicPrograms, ValuesAndSlopesInBothModes) {

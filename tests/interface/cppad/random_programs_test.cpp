@@ -39,7 +39,7 @@ Expected derived_at(const dyntape::Function& f, const std::vector<double>& x, co
   return e;
 }
 
-class CppadRandomPrograms : public testing::TestWithParam<std::uint64_t> {};
+class CppadRandomPrograms : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(CppadRandomPrograms, AgreeWithDerivation) {
   for (std::uint64_t seed = GetParam(); seed < GetParam() + 25; ++seed) {
@@ -75,6 +75,6 @@ TEST_P(CppadRandomPrograms, AgreeWithDerivation) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, CppadRandomPrograms, testing::Values(9000, 9100, 9200, 9300));
+INSTANTIATE_TEST_SUITE_P(Seeds, CppadRandomPrograms, ::testing::Values(9000, 9100, 9200, 9300));
 
 }  // namespace

@@ -74,7 +74,7 @@ const Unary kUnary[] = {
      [](double x) { return std::log(2.0) * std::exp2(x); }, 0.3},
 };
 
-class UnaryProgram : public testing::TestWithParam<Unary> {};
+class UnaryProgram : public ::testing::TestWithParam<Unary> {};
 
 TEST_P(UnaryProgram, HasValueAndSlopeInBothModes) {
   const Unary& row = GetParam();
@@ -91,7 +91,7 @@ TEST_P(UnaryProgram, HasValueAndSlopeInBothModes) {
   EXPECT_TRUE(NearEqual(f.Reverse(1, w)[0], row.slope(row.x), 1e-14, 1e-14));
 }
 
-INSTANTIATE_TEST_SUITE_P(Functions, UnaryProgram, testing::ValuesIn(kUnary),
+INSTANTIATE_TEST_SUITE_P(Functions, UnaryProgram, ::testing::ValuesIn(kUnary),
                          [](const auto& info) { return info.param.name; });
 
 // Every operand a variable, a constant of the base or an integer.

@@ -97,7 +97,7 @@ const Known kKnown[] = {
      [](std::size_t k) { return 1 / factorial(k) + (k ? 1 / factorial(k - 1) : 0); }},
 };
 
-class KnownSeries : public testing::TestWithParam<Known> {};
+class KnownSeries : public ::testing::TestWithParam<Known> {};
 
 TEST_P(KnownSeries, ForwardOrderByOrder) {
   ADFun<double> f =
@@ -136,7 +136,7 @@ TEST_P(KnownSeries, ReverseOfEveryOrder) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Functions, KnownSeries, testing::ValuesIn(kKnown),
+INSTANTIATE_TEST_SUITE_P(Functions, KnownSeries, ::testing::ValuesIn(kKnown),
                          [](const auto& info) { return info.param.name; });
 
 // azmul is absolute coefficient by coefficient: of 1 / t at 0 no coefficient is a number, and a zero outweighs them all.

@@ -13,7 +13,7 @@
 namespace ocs2 = dyntape::ocs2;
 namespace CppAD = dyntape::ocs2::cppad_names;
 
-class Program : public testing::Test {
+class Program : public ::testing::Test {
  protected:
   const std::string& folder() const { return cache_.path(); }
 

@@ -3,31 +3,15 @@
 // What a stepper promises of every scheme: exact Jacobians, exact motors, the same bits, sentences.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/simulation/steps.h>
+#include <dyntape/interface/system/run.h>
 
 #include <array>
-#include <atomic>
 #include <cmath>
 
+#include "counted_allocations.h"
 #include "dynamics/random_robots.h"
 #include "interface/temporary_cache.h"
 #include "simulated_systems.h"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define DYNTAPE_COUNTS_ALLOCATIONS 0
-#else
-#define DYNTAPE_COUNTS_ALLOCATIONS 1
-namespace {
-std::atomic<long> allocations{0};
-}
-// Eigen and operator new both end here.
-extern "C" {
-void* __libc_malloc(std::size_t size) noexcept;
-void* malloc(std::size_t size) noexcept {
-  ++allocations;
-  return __libc_malloc(size);
-}
-}
-#endif
 
 namespace dyntape::simulation_stepper_test {
 namespace {
@@ -375,6 +359,45 @@ TEST(Stepper, ReportsWhatWasMade) {
   EXPECT_GT(fresh.step_operations, 0U);
   EXPECT_GT(fresh.newton_operations, 0U);
   EXPECT_GT(fresh.jacobian_operations, 0U);
+}
+
+// A motion, its inputs and two observers in the order of their calls; observers may have any of the functions.
+TEST(Run, CallsMotionInputsAndObserversInOrder) {
+  std::string calls;
+  struct Motion {
+    bool step(const StepTime& s, int u) {
+      calls += "s" + std::to_string(u);
+      return s.k < 4;
+    }
+    void advance() { calls += "n"; }
+    std::string& calls;
+  } motion{calls};
+  struct Whole {
+    bool goes_on(const StepTime& s) { return calls += "g", s.k != stop; }
+    void before(const StepTime& s, int) {
+      calls += "b";
+      EXPECT_EQ(s.t, 7 + double(s.k) * 0.5);
+    }
+    void after(const StepTime&, int) { calls += "a"; }
+    void reached(long k) { calls += "r" + std::to_string(k); }
+    std::string& calls;
+    long stop;
+  } whole{calls, 9};
+  struct Ends {
+    void reached(long k) { last = k; }
+    long last = 0;
+  } ends;
+  const auto inputs = [](const StepTime& s) { return int(10 * s.k); };
+  EXPECT_EQ(run(motion, {.from = 1, .to = 3, .h = 0.5, .start = 7}, inputs, whole, ends), 3);
+  EXPECT_EQ(calls, "gbs10anr2gbs20anr3");
+  EXPECT_EQ(ends.last, 3);
+  calls.clear();
+  EXPECT_EQ(run(motion, {.from = 3, .to = 9, .h = 0.5, .start = 7}, inputs, whole, ends), 4);  // no step
+  EXPECT_EQ(calls, "gbs30anr4gbs40");
+  calls.clear();
+  whole.stop = 2;
+  EXPECT_EQ(run(motion, {.from = 1, .to = 9, .h = 0.5, .start = 7}, inputs, ends, whole), 2);  // stopped
+  EXPECT_EQ(calls, "gbs10anr2g");
 }
 
 }  // namespace

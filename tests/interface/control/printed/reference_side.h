@@ -7,7 +7,7 @@ namespace dyntape::test {
 
 template <class T>
 struct ReferenceConstants {
-  T price, mu_cold = price, mu_warm = T(1e-2), mu_end, left, boundary = T(0.99), least_pivot = T(1e-20),
+  T price, mu_cold = price, mu_warm = T(1e-3), mu_end, left, boundary = T(0.99), least_pivot = T(1e-20),
            small = T(1e-10), largest_price = T(1e3) * price, rounding, tolerance, damping, shortest = T(0.2);
   int iterations, interior_steps, trials;
 };

@@ -8,25 +8,15 @@
 
 #include <dyntape/interface/control/riccati/riccati_kkt.h>
 
+#include "random_matrices.h"
+
 namespace dyntape::riccati_kkt_test {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  MatrixXd matrix(Eigen::Index rows, Eigen::Index cols) {
-    return MatrixXd::NullaryExpr(rows, cols, [&] { return normal_(engine_); });
-  }
-  VectorXd vector(Eigen::Index n) { return matrix(n, 1); }
-  int below(int n) { return int(engine_() % unsigned(n)); }
-
- private:
-  std::mt19937 engine_;
-  std::normal_distribution<double> normal_;
-};
+using Random = test::RandomMatrices;
 
 // [ H  M^T; M  -elastic I ] of a chain, dense.
 MatrixXd whole(RiccatiKkt& chain, double shift, double elastic) {

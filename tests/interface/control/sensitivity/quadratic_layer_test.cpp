@@ -10,6 +10,7 @@
 #include <dyntape/interface/control/sensitivity/quadratic_layer.h>
 #include "interface/message_of.h"
 #include "judged_quadratic.h"
+#include "random_matrices.h"
 
 namespace dyntape::quadratic_layer_test {
 namespace {
@@ -17,19 +18,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-class Draw {
- public:
-  explicit Draw(unsigned seed) : engine_(seed) {}
-  MatrixXd matrix(Eigen::Index rows, Eigen::Index cols) {
-    return MatrixXd::NullaryExpr(rows, cols, [&] { return normal_(engine_); });
-  }
-  VectorXd vector(Eigen::Index n) { return matrix(n, 1); }
-  int below(int n) { return int(engine_() % unsigned(n)); }
-
- private:
-  std::mt19937 engine_;
-  std::normal_distribution<double> normal_;
-};
+using Draw = test::RandomMatrices;
 
 // Feasible: x0 is.  About half of the inequalities are active at the solution, with bound multipliers and distances away from
 // zero.

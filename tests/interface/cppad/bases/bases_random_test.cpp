@@ -78,7 +78,7 @@ Base number(Random& random) {
 }
 
 template <class Base>
-class CppadBases : public testing::Test {
+class CppadBases : public ::testing::Test {
  public:
   using Type = typename Reference<Base>::Type;
   using Many = std::vector<Base>;
@@ -114,7 +114,7 @@ class CppadBases : public testing::Test {
   }
 };
 using Bases =
-    testing::Types<std::complex<double>, std::complex<float>, long double, AD<float>, units::Number, Triple>;
+    ::testing::Types<std::complex<double>, std::complex<float>, long double, AD<float>, units::Number, Triple>;
 TYPED_TEST_SUITE(CppadBases, Bases);
 
 TYPED_TEST(CppadBases, DerivativesOfRandomExpressions) {
@@ -154,7 +154,7 @@ TYPED_TEST(CppadBases, DerivativesOfRandomExpressions) {
         Test::expect_near(H[j * n + k], curvature(e, rx, unit, other), "Hessian");
       }
     }
-    if (testing::Test::HasFailure()) return;
+    if (::testing::Test::HasFailure()) return;
   }
 }
 
@@ -187,7 +187,7 @@ TYPED_TEST(CppadBases, LevelsOfRandomExpressions) {
         Test::expect_near(H[j * n + k], curvature(e, rx, first, other), "Hessian");
       }
     }
-    if (testing::Test::HasFailure()) return;
+    if (::testing::Test::HasFailure()) return;
   }
 }
 

@@ -24,7 +24,7 @@ TEST_P(PinocchioForwardDynamics, ForwardDynamics) {
   expect_equal(J.rightCols(n), Minv, "Minv");
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, PinocchioForwardDynamics, testing::ValuesIn(kRobots),
+INSTANTIATE_TEST_SUITE_P(Robots, PinocchioForwardDynamics, ::testing::ValuesIn(kRobots),
                          [](const auto& robot) { return robot.param.name; });
 
 }  // namespace

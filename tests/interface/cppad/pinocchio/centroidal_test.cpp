@@ -18,7 +18,7 @@ TEST_P(PinocchioCentroidalMomentum, CentroidalMomentum) {
   expect_equal(J.middleCols(n, n), data_.Ag, "Ag");
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, PinocchioCentroidalMomentum, testing::ValuesIn(kRobots),
+INSTANTIATE_TEST_SUITE_P(Robots, PinocchioCentroidalMomentum, ::testing::ValuesIn(kRobots),
                          [](const auto& robot) { return robot.param.name; });
 
 }  // namespace

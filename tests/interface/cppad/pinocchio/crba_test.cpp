@@ -27,7 +27,7 @@ TEST_P(PinocchioMassMatrix, MassMatrix) {
   expect_equal(J.leftCols(n), dq - gravity, "dMu_dq");
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, PinocchioMassMatrix, testing::ValuesIn(kRobots),
+INSTANTIATE_TEST_SUITE_P(Robots, PinocchioMassMatrix, ::testing::ValuesIn(kRobots),
                          [](const auto& robot) { return robot.param.name; });
 
 }  // namespace

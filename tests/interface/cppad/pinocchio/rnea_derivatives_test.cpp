@@ -24,7 +24,7 @@ TEST_P(PinocchioDerivatives, OfInverseDynamics) {
   expect_equal(value_, dq * u_, "dtau_dq u");
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, PinocchioDerivatives, testing::ValuesIn(kRobots),
+INSTANTIATE_TEST_SUITE_P(Robots, PinocchioDerivatives, ::testing::ValuesIn(kRobots),
                          [](const auto& robot) { return robot.param.name; });
 
 }  // namespace

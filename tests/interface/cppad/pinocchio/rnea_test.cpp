@@ -24,7 +24,7 @@ TEST_P(PinocchioInverseDynamics, InverseDynamics) {
   expect_equal(J.rightCols(n), da, "dtau_da");
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, PinocchioInverseDynamics, testing::ValuesIn(kRobots),
+INSTANTIATE_TEST_SUITE_P(Robots, PinocchioInverseDynamics, ::testing::ValuesIn(kRobots),
                          [](const auto& robot) { return robot.param.name; });
 
 }  // namespace

@@ -83,7 +83,7 @@ inline const Robot kRobots[] = {{"arm", arm},
                                 {"quadruped", [] { return legged(4, 3); }},
                                 {"biped", [] { return legged(2, 6); }}};
 
-class PinocchioRecorded : public testing::TestWithParam<Robot> {
+class PinocchioRecorded : public ::testing::TestWithParam<Robot> {
  protected:
   PinocchioRecorded()
       : model_(GetParam().make()), data_(model_), taped_(model_.cast<Scalar>()), taped_data_(taped_) {
@@ -124,7 +124,7 @@ class PinocchioRecorded : public testing::TestWithParam<Robot> {
   static void expect_equal(const MatrixXd& got, const MatrixXd& expected, const char* what) {
     const double apart = (got - expected).cwiseAbs().maxCoeff() / (1 + expected.cwiseAbs().maxCoeff());
     EXPECT_LT(apart, 1e-12) << what;
-    testing::Test::RecordProperty(what, std::to_string(apart));
+    ::testing::Test::RecordProperty(what, std::to_string(apart));
   }
 
   pin::Model model_;

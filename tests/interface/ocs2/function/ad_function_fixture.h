@@ -48,7 +48,7 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-class AdFunctionTest : public testing::Test {
+class AdFunctionTest : public ::testing::Test {
  protected:
   AdFunction make(AdFunction::ad_parameterized_function_t f, std::size_t n, std::size_t n_p,
                   const std::string& name = "test") const {

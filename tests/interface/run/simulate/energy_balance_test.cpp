@@ -144,7 +144,7 @@ const Scheme kSchemes[] = {{Integrator::kSemiImplicitEuler, 1, true, false},
                            {Integrator::kImplicitVelocity, 1, true, false},
                            {Integrator::kVariational, 2, true, true}};
 
-class Account : public testing::TestWithParam<Scheme> {
+class Account : public ::testing::TestWithParam<Scheme> {
  protected:
   static Scene scene_from(const std::string& text, double step) {
     Scene scene = read_scene_text(text, test::source_folder() + "/config/robots/(text)");
@@ -304,7 +304,7 @@ TEST(AccountOfLongSteps, IsThatOfTheSchemeItself) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, Account, testing::ValuesIn(kSchemes), [](const auto& scheme) {
+INSTANTIATE_TEST_SUITE_P(Each, Account, ::testing::ValuesIn(kSchemes), [](const auto& scheme) {
   std::string name = to_string(scheme.param.integrator);
   std::erase(name, '-');
   return name;

@@ -26,7 +26,7 @@ std::vector<std::string> doors() {
   return names;
 }
 
-class Doors : public testing::TestWithParam<std::string> {};
+class Doors : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Doors, LeadToTheSameBits) {
   const Task task =
@@ -55,7 +55,7 @@ TEST_P(Doors, LeadToTheSameBits) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Tasks, Doors, testing::ValuesIn(doors()),
+INSTANTIATE_TEST_SUITE_P(Tasks, Doors, ::testing::ValuesIn(doors()),
                          [](const auto& door) { return door.param; });
 
 TEST(Doors, AreTwelve) { EXPECT_EQ(doors().size(), 12u); }

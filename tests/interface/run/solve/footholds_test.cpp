@@ -100,6 +100,16 @@ TEST_F(Footholds, SwingsKeepTheirClearanceBetweenPoints) {
       << v.passings.rows.front().text();
 }
 
+TEST_F(Footholds, TheFloorIsThatOfTheFileOrOfTheLowestContact) {
+  load("quadruped_jump");
+  Task task = read();
+  EXPECT_EQ(floor_of(task).value(), 0.0171);
+  task.floor.reset();
+  EXPECT_NEAR(floor_of(task).value(), 0.0171, 1e-4);  // where the feet stand
+  task.robot.contacts.clear();
+  EXPECT_FALSE(floor_of(task).has_value());
+}
+
 TEST_F(Footholds, BelowTheFloorIsToldBeforeAndNotVerified) {
   load("quadruped_jump");
   replace("phase landing {", "phase landing { foothold_offset { FL_FOOT \"0 0 -0.05\" }");

@@ -4,7 +4,7 @@
 
     python3 -m venv build/acados && build/acados/bin/pip install casadi numpy ACADOS/interfaces/acados_template
     ninja -C build dyntape bench_kernels
-    ACADOS_SOURCE_DIR=ACADOS build/acados/bin/python tests/bench/controller_peers.py build/bin
+    ACADOS_SOURCE_DIR=ACADOS build/acados/bin/python tests/bench/peers/controller_peers.py build/bin
 
 ACADOS is acados' folder, built and installed there (it needs its own t_renderer in bin/).  The task is config/control/ur5_follows_circle.info:
 20 intervals of 20 ms, semi-implicit Euler, squares of the tool's distance, of velocities and of efforts, limits of positions, velocities
@@ -16,7 +16,6 @@ fractions of the effort limits.
 import json
 import os
 import pathlib
-import re
 import statistics
 import subprocess
 import sys
@@ -27,7 +26,7 @@ import numpy as np
 
 from casadi_robot import Robot, aba
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 TASK = ROOT / 'config/control/ur5_follows_circle.info'
 ROBOT = ROOT / 'config/robots/ur5.urdf'
 NAME, N, H, STEPS = 'ur5_follows_circle', 20, 0.02, 300
@@ -76,7 +75,7 @@ def printed(programs, folder):
     """Seconds, states, first controls and targets of each step of a closed loop."""
     subprocess.run([programs / 'dyntape', 'generate', TASK, '--controller', folder], check=True, stdout=subprocess.DEVNULL)
     (folder / 'main.c').write_text(DRIVER % {'name': NAME, 'steps': STEPS, 'h': H})
-    subprocess.run(['gcc', '-O3', '-march=native', '-ffp-contract=off', '-std=gnu99', 'main.c', '-o', 'main'], cwd=folder, check=True)
+    subprocess.run(['gcc', '-O3', '-march=native', '-ffp-contract=off', '-std=gnu99', 'main.c', '-o', 'main', '-lm'], cwd=folder, check=True)
     rows = np.array([[float(word) for word in line.split()] for line in
                      subprocess.run([folder / 'main'], check=True, capture_output=True, text=True).stdout.splitlines()])
     return rows[:, 0], rows[:, 1:13], rows[:, 13:19], rows[:, 19:].reshape(STEPS, N + 1, 3)
@@ -118,10 +117,10 @@ def acados(model, folder):
     o.N_horizon, o.tf = N, N * H
     o.integrator_type, o.hessian_approx, o.nlp_solver_type = 'DISCRETE', 'GAUSS_NEWTON', 'SQP_RTI'
     o.qp_solver = 'PARTIAL_CONDENSING_HPIPM'
-    o.ext_fun_compile_flags = '-O3 -march=native'
-    ocp.code_export_directory = str(folder / 'acados')
+    ocp.code_gen_options.ext_fun_compile_flags = '-O3 -march=native'
+    ocp.code_gen_options.code_export_directory = str(folder / 'acados')
     os.chdir(folder)
-    return AcadosOcpSolver(ocp, json_file=str(folder / 'ocp.json'), verbose=False)
+    return AcadosOcpSolver(ocp, verbose=False)
 
 
 def by_acados(solver, states, targets):
@@ -166,7 +165,7 @@ def main():
         rows = [('printed text', ours), ('acados, SQP_RTI, HPIPM', best)]
         for name, seconds in rows:
             print(f'{name:24} median {1e3 * statistics.median(seconds[1:]):8.3f} ms, longest {1e3 * max(seconds[1:]):8.3f} ms')
-        print('dyntape mpc:', {key: value for key, value in report.items() if re.search('second|step|ms', key)})
+        print(f'{"dyntape mpc":24} median {report["step_ms"]["median"]:8.3f} ms, longest {report["step_ms"]["longest"]:8.3f} ms')
         print('largest difference of first controls, from the tenth step on:', np.abs(controls - their_controls)[10:].max())
     os.chdir(ROOT)
 
