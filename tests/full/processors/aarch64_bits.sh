@@ -34,12 +34,14 @@ since "$(sed -n 's/.*PASSED. *\([0-9]*\) tests.*/\1/p' "$scratch/log") tests of 
 
 # Hessians are of recordings, whose order is that in which a compiler evaluates arguments; gcc's differs between the two processors.
 robots=("$source"/config/robots/*.urdf)
-"$program" --compiled 4 "${robots[@]}" >"$scratch/own.txt" &
+"$program" --compiled 4 "${robots[@]}" | grep -v ' Hessians,' >"$scratch/own.txt" &
 emulated "$build/bin/same_bits" --compiled 4 --hessians 7 "${robots[@]}" >"$scratch/with_hessians.txt"
 wait $!
 grep -v ' Hessians,' "$scratch/with_hessians.txt" >"$scratch/emulated.txt"
-"$program" --all "$source/config/robots/ur5.urdf" >>"$scratch/own.txt"
-emulated "$build/bin/same_bits" --all "$source/config/robots/ur5.urdf" >>"$scratch/emulated.txt"
+# Plain derivatives of constrained dynamics are products of matrices by Eigen, which adds in the order of the processor.
+by_eigen=',(constrained|impulse)-[a-z-]*,(double|float),'
+"$program" --all "$source/config/robots/ur5.urdf" | grep -vE "$by_eigen" >>"$scratch/own.txt"
+emulated "$build/bin/same_bits" --all "$source/config/robots/ur5.urdf" | grep -vE "$by_eigen" >>"$scratch/emulated.txt"
 lines=$(grep -cE ',[0-9a-f]{16}$' "$scratch/own.txt")
 [ "$lines" -gt 900 ] || { echo "aarch64_bits: $lines lines"; exit 1; }
 diff "$scratch/own.txt" "$scratch/emulated.txt" || { echo "aarch64_bits: other bits"; exit 1; }
