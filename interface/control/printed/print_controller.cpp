@@ -187,7 +187,8 @@ class ControllerPrinter {
     define_number("PRICE", options_.price);
     define_number("MU_COLD", options_.price), define_number("MU_WARM", std::min(1e-3, 1e-3 * options_.price));
     define_number("MU_END", mu_end()), define_number("PRECISION", mu_end() * double(products));
-    define_number("SHORT", 0.2);
+    define_number("SHORT", 0.2), define_number("GIVE", single ? 1e-6 : 1e-8);
+    define_number("GAP", 0.1 * tolerance());
     define_number("LEFT", single ? 1e-3 : 1e-6);
     define_number("BOUNDARY", 0.99), define_number("LEAST_PIVOT", 1e-20);
     define_number("SMALL", 1e-10), define_number("LARGEST_PRICE", 1e3 * options_.price);
@@ -200,12 +201,12 @@ class ControllerPrinter {
   }
 
   double tolerance() const {
-    return options_.tolerance > 0 ? options_.tolerance : options_.single ? 3e-3 : 1e-4;
+    return options_.tolerance > 0 ? options_.tolerance : options_.single ? 1e-3 : 1e-4;
   }
 
   // The last product of slack and multiplier.  If both are small, they move the plan by its root.
   double mu_end() const {
-    return std::clamp(tolerance() * tolerance(), options_.single ? 1e-5 : 1e-13, 1e-4);
+    return std::clamp(tolerance() * tolerance(), options_.single ? 1e-7 : 1e-13, 1e-4);
   }
 
   // "static const real name[n] = {...};"

@@ -20,7 +20,7 @@ struct ControllerOptions {
   int interior_steps = 15;       // most of a quadratic program
   int trials = 8;                // most of a line search
   double price = 1e3;            // of soft limits: nominal costs per nominal value
-  double tolerance = 0;          // change of a solved plan, in nominal values; 0: 1e-4, with float 3e-3
+  double tolerance = 0;          // change of a solved plan, in nominal values; 0: 1e-4, with float 1e-3
   std::size_t target_bytes = 0;  // of state, stack and constants together; 0: any
   codegen::StackUse stack = {};  // measured stack, for the header
 };

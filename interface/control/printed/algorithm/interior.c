@@ -2,7 +2,7 @@
 
 /* The changes of all sides towards znew. */
 static dt_barrier dt_changes(@NAME@_state* s) {
-  dt_barrier barrier = {(real)1, (real)0, (real)0};
+  dt_barrier barrier = {(real)1, (real)0, (real)0, (real)0};
   for (int k = 0; k < DT_N; ++k) {
     real value[DT_VALUES];
     for (int i = 0; i < DT_NZ; ++i) {
@@ -102,6 +102,7 @@ static void dt_begin_cold(@NAME@_state* s) {
 typedef struct {
   real mean;      /* product of slacks and multipliers */
   real left;      /* of the residuals of the equations */
+  real gap;       /* of sides, by the give of the weights */
   int is_warm;    /* it began near the sides that held the plan before */
   int is_blocked; /* such a beginning allowed only a short step */
   int is_broken;  /* a step was not finite */
@@ -123,7 +124,8 @@ static void dt_predict_and_correct(@NAME@_state* s, dt_interior* at) {
     barrier = dt_changes(s);
     at->mean = dt_moves(s, barrier.part);
     dt_move_plan(s, barrier.part);
-    at->left -= at->left * barrier.part;
+    at->left = ((real)1 - barrier.part) * at->left;
+    at->gap = (((real)1 - barrier.part) * at->gap) + (barrier.part * (DT_GIVE * barrier.moved));
     at->is_blocked = ((at->is_warm != 0) && (barrier.part < DT_SHORT)) ? 1 : 0;
     s->interior_steps += 1;
   }
@@ -132,7 +134,7 @@ static void dt_predict_and_correct(@NAME@_state* s, dt_interior* at) {
 /* Solves the quadratic program for dz; whether it is solved.  If a warm beginning is blocked, a turn of the loop begins
  * again. */
 static int dt_quadratic_program(@NAME@_state* s) {
-  dt_interior at = {(real)0, (real)1, 0, 0, 0};
+  dt_interior at = {(real)0, (real)1, (real)0, 0, 0, 0};
   int is_solved = 0;
   at.mean = dt_moves(s, (real)0);
   at.is_warm = (s->mu < DT_MU_COLD) ? 1 : 0;
@@ -141,12 +143,13 @@ static int dt_quadratic_program(@NAME@_state* s) {
       dt_begin_cold(s);
       at.mean = dt_moves(s, (real)0);
       at.left = (real)1;
+      at.gap = (real)0;
       at.is_warm = 0;
       at.is_blocked = 0;
     } else {
       dt_predict_and_correct(s, &at);
     }
-    is_solved = ((at.left <= DT_LEFT) && (at.mean <= ((real)2 * DT_MU_END))) ? 1 : 0;
+    is_solved = ((at.left <= DT_LEFT) && (at.gap <= DT_GAP) && (at.mean <= ((real)2 * DT_MU_END))) ? 1 : 0;
     if ((is_solved != 0) || (at.is_broken != 0)) {
       break;
     }

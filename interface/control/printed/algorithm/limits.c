@@ -30,6 +30,7 @@ typedef struct {
   real part;   /* of the step that can be taken */
   real first;  /* products of slacks and multipliers as a polynomial of the part: its coefficients */
   real second;
+  real moved; /* the largest change of a multiplier of a soft side */
 } dt_barrier;
 
 /* Slack, multiplier and excess at the beginning of a quadratic program, from the multiplier before and for products mu. */
@@ -56,11 +57,13 @@ static void dt_begin_side(dt_side* side, real b, real mu, int is_soft) {
   }
 }
 
-/* The weight of a side in the Hessian, and no aim: those of the predictor. */
+/* The weight of a side in the Hessian, and no aim: those of the predictor.  A soft side gives way in proportion to the
+ * change of its multiplier, which bounds the weight, so that the recursion keeps its digits; at the end the change is
+ * zero (a proximal method of multipliers). */
 static void dt_weigh(dt_side* side, int is_soft) {
   real w = side->t / side->l;
   if (is_soft != 0) {
-    w += side->s / side->n;
+    w += (side->s / side->n) + DT_GIVE;
   }
   side->w = (real)1 / w;
   side->aim_t = (real)0;
@@ -80,6 +83,7 @@ static void dt_change(dt_barrier* barrier, dt_side* side, real v, int is_soft) {
   barrier->first += (side->t * side->dl) + (side->l * side->dt);
   barrier->second += side->dt * side->dl;
   if (is_soft != 0) {
+    barrier->moved = dt_larger(barrier->moved, dt_size(side->dl));
     side->ds = (side->aim_s + ((side->s / side->n) * side->dl)) - side->s;
     barrier->part = dt_part(barrier->part, side->s, side->ds);
     barrier->part = dt_part(barrier->part, side->n, -side->dl);

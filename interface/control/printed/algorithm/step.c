@@ -187,7 +187,7 @@ void @NAME@_control(const @NAME@_state* s, real t, const real x[@NX@], real u[@N
   }
   for (int j = 0; j < DT_HARD; ++j) {
     const int b = dt_side_entry[j] - DT_NX;
-    if (((u[b] - s->bound[j]) * dt_side_factor[j]) < (real)0) {
+    if ((dt_is_finite(s->bound[j]) != 0) && (((u[b] - s->bound[j]) * dt_side_factor[j]) < (real)0)) {
       u[b] = s->bound[j];
     }
   }

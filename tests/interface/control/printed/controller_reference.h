@@ -171,7 +171,7 @@ class Reference {
     for (std::size_t j = 0; j < about.size(); ++j) {
       Side& s = sides(k)[j];
       T inverse = s.t / s.l;
-      if (is_soft(j, k == n_)) inverse += s.s / s.n;
+      if (is_soft(j, k == n_)) inverse += s.s / s.n + k_.give;
       s.w = T(1) / inverse, s.aim_t = s.aim_s = T(0);
       w[about[j].entry] += T(about[j].factor) * T(about[j].factor) * s.w;
     }
@@ -302,7 +302,7 @@ class Reference {
   }
 
   struct Barrier {
-    T part = T(1), first = T(0), second = T(0);
+    T part = T(1), first = T(0), second = T(0), moved = T(0);
   };
 
   Barrier changes() {
@@ -312,6 +312,7 @@ class Reference {
       b.part = Side::part_of(k_, b.part, s.t, s.d.t), b.part = Side::part_of(k_, b.part, s.l, s.d.l);
       b.first += s.t * s.d.l + s.l * s.d.t, b.second += s.d.t * s.d.l;
       if (!soft) return;
+      b.moved = larger(b.moved, size(s.d.l));
       b.part = Side::part_of(k_, b.part, s.s, s.d.s), b.part = Side::part_of(k_, b.part, s.n, -s.d.l);
       b.first += s.n * s.d.s - s.s * s.d.l, b.second -= s.d.s * s.d.l;
     });
@@ -341,12 +342,12 @@ class Reference {
   }
 
   bool quadratic_program() {
-    T left = T(1), mean = moves(T(0));
+    T left = T(1), mean = moves(T(0)), gap = T(0);
     bool is_warm = mu_ < k_.mu_cold, is_blocked = false;
     for (int i = 0; i < k_.interior_steps; ++i) {
       if (is_blocked) {
         begin_cold();
-        left = T(1), mean = moves(T(0)), is_warm = is_blocked = false;
+        left = T(1), mean = moves(T(0)), gap = T(0), is_warm = is_blocked = false;
         continue;
       }
       factorise();
@@ -368,10 +369,11 @@ class Reference {
           v += b.part * (new_[std::size_t(k)][e] - v);
         }
       }
-      left -= left * b.part;
+      left = (T(1) - b.part) * left;
+      gap = (T(1) - b.part) * gap + b.part * (k_.give * b.moved);
       ++interior_steps;
       is_blocked = is_warm && b.part < k_.shortest;
-      if (left > k_.left || mean > T(2) * k_.mu_end) continue;
+      if (left > k_.left || gap > T(0.1 * double(k_.tolerance)) || mean > T(2) * k_.mu_end) continue;
       mu_ = k_.mu_warm;
       return true;
     }

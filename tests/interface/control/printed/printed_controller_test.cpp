@@ -197,6 +197,30 @@ TEST(PrintedController, SolvesAgainAfterShocks) {
   }
 }
 
+// A goal is two sides without room between them, whose weights are without bound: float lost the plan in them, and said that
+// it was solved.
+TEST(PrintedController, ReachesGoalsInFloatAsInDouble) {
+  Problem p = pushed_mass();
+  p.goal << 0, 0;
+  p.add(path_inequality(
+      "row", [](const auto& s) { return vector(s.x[0] + 0.5 * s.x[1]); }, VectorXd::Constant(1, -0.4),
+      VectorXd::Constant(1, 0.4)));
+  ControllerLibrary exact(p, {.mesh = stepped(20)}), single(p, {.mesh = stepped(20), .single = true});
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> noise(-0.4, 0.4);
+  int unsolved = 0;
+  double most = 0;
+  for (int k = 0; k < 200; ++k) {
+    const Eigen::Vector2d x = k == 0 ? Eigen::Vector2d(0, 0) : Eigen::Vector2d(noise(random), noise(random));
+    exact.restart(), single.restart();
+    unsolved += exact.step(0, x, 20).status != ControllerStep::Status::kSolved;
+    unsolved += single.step(0, x, 20).status != ControllerStep::Status::kSolved;
+    most = std::max(most, (exact.plan().u.leftCols(20) - single.plan().u.leftCols(20)).cwiseAbs().maxCoeff());
+  }
+  EXPECT_EQ(unsolved, 0);
+  EXPECT_LT(most, 0.01);
+}
+
 // Where limits of control begin and end to hold, the plan depends on the last product by its root.
 TEST(PrintedController, SolvesToATighterTolerance) {
   const Problem p = pushed_mass();
@@ -282,6 +306,9 @@ int main(void) {
   if (goes_wrong(0, 20, 20)) return 4;
   s.bound[1] = 1e300 * 1e300;
   if (lift_step(&s, x, 0, 4) != LIFT_NOT_FINITE) return 5;
+  s.bound[0] = s.bound[1];
+  lift_control(&s, 0, x, u);
+  if (u[0] - u[0] != 0) return 9;
   s.bound[0] = 13;
   s.bound[1] = 12;
   if (lift_step(&s, x, 0, 4) != LIFT_NO_ROOM) return 7;

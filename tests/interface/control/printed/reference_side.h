@@ -8,7 +8,8 @@ namespace dyntape::test {
 template <class T>
 struct ReferenceConstants {
   T price, mu_cold = price, mu_warm = T(1e-3), mu_end, left, boundary = T(0.99), least_pivot = T(1e-20),
-           small = T(1e-10), largest_price = T(1e3) * price, rounding, tolerance, damping, shortest = T(0.2);
+           small = T(1e-10), largest_price = T(1e3) * price, rounding, tolerance, damping, shortest = T(0.2),
+           give = T(1e-8);
   int iterations, interior_steps, trials;
 };
 
