@@ -63,6 +63,17 @@ def test_rollouts_with_rigid_contacts_are_simulations():
         assert np.array_equal(states[stride - 1 :: stride], np.concatenate([motion.q, motion.v], axis=1)[1:])
 
 
+def test_worlds_with_rigid_contacts_do_not_depend_on_each_other():
+    scene = dyntape.Scene(CONFIG / "scenes" / "tumbling_box.info", set={"simulation.duration": 0.1})
+    x0 = np.tile(np.concatenate([scene.q, scene.v]), (3, 1))
+    x0[1, 2] = np.nan
+    x = scene.rollout(x0)
+    assert np.isnan(x[1]).all() and np.isfinite(x[0]).all() and np.array_equal(x[0], x[2])
+    x0[1, 2] = -1.0
+    with pytest.raises(dyntape.ArgumentError, match="^world 1: .* below its ground"):
+        scene.rollout(x0)
+
+
 def test_worlds_do_not_depend_on_each_other(random):
     scene = dyntape.Scene(CONFIG / "scenes" / "quadruped_dropped.info")
     x0 = np.tile(np.concatenate([scene.q, scene.v]), (37, 1))

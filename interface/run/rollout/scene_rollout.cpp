@@ -165,7 +165,16 @@ void SceneRollout::run(const WorldRows& starts, long steps, const Law& law, doub
       Eigen::Map<MatrixXd>& states;
       const RobotStepper& motion;
     } keep{of_world_states, *motion};
-    motion->start(VectorXd::Map(starts.x + world * starts.stride, n_x_));
+    const VectorXd start = VectorXd::Map(starts.x + world * starts.stride, n_x_);
+    if (!start.allFinite()) {
+      of_world_states.setConstant(kDiverged);
+      continue;
+    }
+    try {
+      motion->start(start);
+    } catch (const ArgumentError& error) {
+      throw ArgumentError("world " + std::to_string(starts.first + world) + ": " + error.what());
+    }
     const long made = dyntape::run(*motion, range, commands(world), UntilStopped{stop}, keep);
     of_world_states.rightCols(steps - made).setConstant(kDiverged);
   }
