@@ -34,6 +34,7 @@ ENVIRONMENT = {
     'DYNTAPE_PERF_MAP': 'Anything: `/tmp/perf-PID.map` names the machine code made in the process, for `perf report`.',
     'DYNTAPE_PROCESSOR': '`x86-64-v2`, `x86-64-v3` or `x86-64-v4`: the code that runs, in place of the highest that the processor has '
                          '(`dyntape doctor` says which).  Bits stay the same.',
+    'DYNTAPE_SYSROOT': 'The folder of arm64 libraries that `tools/aarch64_run` runs programs with, in place of `build/aarch64/sysroot`.',
     'DYNTAPE_THREADS': 'Threads that evaluate and compile, 1 to 1024, in place of what the hardware has.',
     'HOME': 'The cache is in `$HOME/.cache/dyntape` where neither DYNTAPE_CACHE nor XDG_CACHE_HOME is set.  The '
             'compiler gets it.',

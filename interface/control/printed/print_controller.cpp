@@ -190,7 +190,7 @@ class ControllerPrinter {
     define_number("SHORT", 0.2), define_number("GIVE", single ? 1e-6 : 1e-8);
     define_number("GAP", 0.1 * tolerance());
     define_number("LEFT", single ? 1e-3 : 1e-6);
-    define_number("BOUNDARY", 0.99), define_number("LEAST_PIVOT", 1e-20);
+    define_number("LEAST_PIVOT", 1e-20);
     define_number("SMALL", 1e-10), define_number("LARGEST_PRICE", 1e3 * options_.price);
     define_number("ROUNDING", single ? 1e-6 : 1e-14);
     define_number("TOLERANCE", tolerance());

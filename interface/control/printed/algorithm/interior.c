@@ -1,8 +1,9 @@
 /* ---- interior-point method ---- */
 
-/* The changes of all sides towards znew. */
-static dt_barrier dt_changes(@NAME@_state* s) {
-  dt_barrier barrier = {(real)1, (real)0, (real)0, (real)0};
+/* The changes of all sides towards znew; the mean product says how near to a boundary a step may end. */
+static dt_barrier dt_changes(@NAME@_state* s, real mean) {
+  dt_barrier barrier = {(real)1, (real)1, (real)0, (real)0, (real)0};
+  barrier.most = (real)1 - dt_smaller(dt_larger(mean, DT_MU_END), (real)0.01);
   for (int k = 0; k < DT_N; ++k) {
     real value[DT_VALUES];
     for (int i = 0; i < DT_NZ; ++i) {
@@ -113,7 +114,7 @@ static void dt_predict_and_correct(@NAME@_state* s, dt_interior* at) {
   real ratio;
   dt_factorise(s);
   dt_solve(s);
-  barrier = dt_changes(s);
+  barrier = dt_changes(s, at->mean);
   ratio = at->mean + ((barrier.part * (barrier.first + (barrier.part * barrier.second))) * DT_ONE_OVER_PRODUCTS);
   ratio = ratio / dt_larger(at->mean, DT_MU_END);
   dt_aims(s, dt_larger(((ratio * ratio) * ratio) * at->mean, DT_MU_END));
@@ -121,7 +122,7 @@ static void dt_predict_and_correct(@NAME@_state* s, dt_interior* at) {
   if (dt_is_step_finite(s) == 0) {
     at->is_broken = 1;
   } else {
-    barrier = dt_changes(s);
+    barrier = dt_changes(s, at->mean);
     at->mean = dt_moves(s, barrier.part);
     dt_move_plan(s, barrier.part);
     at->left = ((real)1 - barrier.part) * at->left;

@@ -15,23 +15,23 @@ static real dt_size(real a) { return (a < (real)0) ? -a : a; }
 /* Neither infinite nor NaN. */
 static int dt_is_finite(real a) { return ((a - a) == (real)0) ? 1 : 0; }
 
-/* Part of a step that keeps v + part * change positive, with a distance. */
-static real dt_part(real part, real v, real change) {
-  real result = part;
-  if ((-DT_BOUNDARY * v) > (part * change)) {
-    result = (-DT_BOUNDARY * v) / change;
-  }
-  return result;
-}
-
 /* ---- limits ---- */
 
 typedef struct {
+  real most;   /* part of the way to the boundary that may be taken: it tends to 1 with the products */
   real part;   /* of the step that can be taken */
   real first;  /* products of slacks and multipliers as a polynomial of the part: its coefficients */
   real second;
   real moved; /* the largest change of a multiplier of a soft side */
 } dt_barrier;
+
+/* Shortens the step so that v + part * change stays positive, with a distance. */
+static void dt_shorten(dt_barrier* barrier, real v, real change) {
+  const real most = -barrier->most * v;
+  if (most > (barrier->part * change)) {
+    barrier->part = most / change;
+  }
+}
 
 /* Slack, multiplier and excess at the beginning of a quadratic program, from the multiplier before and for products mu. */
 static void dt_begin_side(dt_side* side, real b, real mu, int is_soft) {
@@ -78,15 +78,15 @@ static real dt_pull(const dt_side* side) {
 static void dt_change(dt_barrier* barrier, dt_side* side, real v, int is_soft) {
   side->dl = -(side->w * ((v + side->aim_s) - side->aim_t));
   side->dt = (side->aim_t - ((side->t / side->l) * side->dl)) - side->t;
-  barrier->part = dt_part(barrier->part, side->t, side->dt);
-  barrier->part = dt_part(barrier->part, side->l, side->dl);
+  dt_shorten(barrier, side->t, side->dt);
+  dt_shorten(barrier, side->l, side->dl);
   barrier->first += (side->t * side->dl) + (side->l * side->dt);
   barrier->second += side->dt * side->dl;
   if (is_soft != 0) {
     barrier->moved = dt_larger(barrier->moved, dt_size(side->dl));
     side->ds = (side->aim_s + ((side->s / side->n) * side->dl)) - side->s;
-    barrier->part = dt_part(barrier->part, side->s, side->ds);
-    barrier->part = dt_part(barrier->part, side->n, -side->dl);
+    dt_shorten(barrier, side->s, side->ds);
+    dt_shorten(barrier, side->n, -side->dl);
     barrier->first += (side->n * side->ds) - (side->s * side->dl);
     barrier->second -= side->ds * side->dl;
   }

@@ -305,15 +305,16 @@ class Reference {
     T part = T(1), first = T(0), second = T(0), moved = T(0);
   };
 
-  Barrier changes() {
+  Barrier changes(T mean) {
     Barrier b;
+    const T most = T(1) - smaller(larger(mean, k_.mu_end), T(0.01));
     for_sides([&](Side& s, T v, bool soft) {
       s.change(v, soft);
-      b.part = Side::part_of(k_, b.part, s.t, s.d.t), b.part = Side::part_of(k_, b.part, s.l, s.d.l);
+      b.part = Side::part_of(most, b.part, s.t, s.d.t), b.part = Side::part_of(most, b.part, s.l, s.d.l);
       b.first += s.t * s.d.l + s.l * s.d.t, b.second += s.d.t * s.d.l;
       if (!soft) return;
       b.moved = larger(b.moved, size(s.d.l));
-      b.part = Side::part_of(k_, b.part, s.s, s.d.s), b.part = Side::part_of(k_, b.part, s.n, -s.d.l);
+      b.part = Side::part_of(most, b.part, s.s, s.d.s), b.part = Side::part_of(most, b.part, s.n, -s.d.l);
       b.first += s.n * s.d.s - s.s * s.d.l, b.second -= s.d.s * s.d.l;
     });
     return b;
@@ -352,7 +353,7 @@ class Reference {
       }
       factorise();
       solve();
-      Barrier b = changes();
+      Barrier b = changes(mean);
       T ratio = mean + b.part * (b.first + b.part * b.second) * one_over_products();
       ratio = ratio / larger(mean, k_.mu_end);
       const T mu = larger(ratio * ratio * ratio * mean, k_.mu_end);
@@ -361,7 +362,7 @@ class Reference {
         if (soft) s.aim_s = (mu + s.d.s * s.d.l) / s.n;
       });
       solve();
-      b = changes();
+      b = changes(mean);
       mean = moves(b.part);
       for (int k = 0; k <= n_; ++k) {
         for (std::size_t e = 0; e < std::size_t(entries(k)); ++e) {

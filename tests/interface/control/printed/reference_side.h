@@ -7,9 +7,8 @@ namespace dyntape::test {
 
 template <class T>
 struct ReferenceConstants {
-  T price, mu_cold = price, mu_warm = T(1e-3), mu_end, left, boundary = T(0.99), least_pivot = T(1e-20),
-           small = T(1e-10), largest_price = T(1e3) * price, rounding, tolerance, damping, shortest = T(0.2),
-           give = T(1e-8);
+  T price, mu_cold = price, mu_warm = T(1e-3), mu_end, left, least_pivot = T(1e-20), small = T(1e-10),
+           largest_price = T(1e3) * price, rounding, tolerance, damping, shortest = T(0.2), give = T(1e-8);
   int iterations, interior_steps, trials;
 };
 
@@ -59,8 +58,9 @@ struct ReferenceSide {
     d.s = soft ? aim_s + s / n * d.l - s : T(0);
   }
 
-  static T part_of(const Constants& k, T part, T v, T change) {
-    return -k.boundary * v > part * change ? -k.boundary * v / change : part;
+  // `most`: the part of the way to the boundary.
+  static T part_of(T most, T part, T v, T change) {
+    return -most * v > part * change ? -most * v / change : part;
   }
 };
 
