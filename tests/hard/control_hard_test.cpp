@@ -143,7 +143,7 @@ class Programs : public ::testing::TestWithParam<NlpMethod> {
   }
 };
 
-// H71 | naive: x^2 = 0 has no multiplier: iterations without end, or a multiplier of 1e8 that nobody mentions |
+// H71 | naive: x^2 = 0 has no multiplier: iterations without end, or a multiplier of 1e8 without a warning |
 // holds: ends within 200 iterations at x to 1e-3, and where it is called solved the multiplier is finite | routes:
 // Ipopt, our own solver
 TEST_P(Programs, WithoutAConstraintQualification) {

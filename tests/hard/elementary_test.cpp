@@ -30,7 +30,7 @@ class Edge : public ::testing::TestWithParam<EdgeCase> {
     e[j] = 1;
     return e;
   }
-  // Variables that are not finite are infinities that nobody foresees.
+  // Variables that are not finite are unforeseen infinities.
   bool variables_are_finite() const {
     return std::all_of(c.x.begin(), c.x.end(), [](double t) { return std::isfinite(t); });
   }
