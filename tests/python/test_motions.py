@@ -52,28 +52,6 @@ def test_a_rollout_is_the_simulation():
     assert np.array_equal(x[stride - 1 :: stride], np.concatenate([motion.q, motion.v], axis=1)[1:])
 
 
-def test_rollouts_with_rigid_contacts_are_simulations():
-    heights = [0.3, 0.4]
-    scenes = [dyntape.Scene(CONFIG / "scenes" / "tumbling_box.info",
-                            set={"simulation.duration": 0.5, "start.base.position": [0, 0, z]}) for z in heights]
-    x = scenes[0].rollout(np.stack([np.concatenate([scene.q, scene.v]) for scene in scenes]))
-    for scene, states in zip(scenes, x):
-        motion = scene.simulate()
-        stride = round(motion.t[1] / scene.step)
-        assert np.array_equal(states[stride - 1 :: stride], np.concatenate([motion.q, motion.v], axis=1)[1:])
-
-
-def test_worlds_with_rigid_contacts_do_not_depend_on_each_other():
-    scene = dyntape.Scene(CONFIG / "scenes" / "tumbling_box.info", set={"simulation.duration": 0.1})
-    x0 = np.tile(np.concatenate([scene.q, scene.v]), (3, 1))
-    x0[1, 2] = np.nan
-    x = scene.rollout(x0)
-    assert np.isnan(x[1]).all() and np.isfinite(x[0]).all() and np.array_equal(x[0], x[2])
-    x0[1, 2] = -1.0
-    with pytest.raises(dyntape.ArgumentError, match="^world 1: .* below its ground"):
-        scene.rollout(x0)
-
-
 def test_worlds_do_not_depend_on_each_other(random):
     scene = dyntape.Scene(CONFIG / "scenes" / "quadruped_dropped.info")
     x0 = np.tile(np.concatenate([scene.q, scene.v]), (37, 1))
