@@ -21,6 +21,12 @@
 
 namespace dyntape {
 
+// The results of a step in C.
+//
+// - kSolved: the plan changed by less than the tolerance
+// - kBudgetEnded: the next step continues from this plan
+// - kNotFinite: the time, the state, a limit or a value of the functions is not finite; the plan is kept
+// - kNoRoom: a lower limit is above its upper one, or equal to it for a control; the plan is kept
 struct ControllerStep {
   enum class Status { kSolved, kBudgetEnded, kNotFinite, kNoRoom } status = Status::kNotFinite;
   int iterations = 0, interior_steps = 0;
