@@ -32,7 +32,7 @@ def functions(path):
             moves += bool(STACK.match(instruction))
 
 
-objects = [path for path in BUILD.glob('dynamics/**/*_of_*_double.cpp.o') if 'dyntape_dynamics' in str(path)]
+objects = [path for path in BUILD.glob('dynamics/**/instantiate/*_double.cpp.o') if 'dyntape_dynamics' in str(path)]
 found = [(moves / operations, operations, name) for path in objects for name, operations, moves in functions(path)
          if operations >= LONG]
 if not objects:
