@@ -90,7 +90,7 @@ ROOMS = {
                               'interface/files/info'],
     'interface/files/sweep': [*AUTODIFF, *DYNAMICS, *GENERATE, IO, 'interface/robot', *SYSTEM, 'interface/files',
                               'interface/files/info', 'interface/files/scene'],
-    'interface/files/task': ['dynamics/model', 'dynamics/urdf', IO, 'interface/robot', *CONTROL, 'interface/motion', 'interface/report/player',
+    'interface/files/task': ['dynamics/model', 'dynamics/urdf', IO, 'interface/robot', *CONTROL, 'interface/motion', 'interface/motion/tied', 'interface/report/player',
                              'interface/files', 'interface/files/info', 'interface/files/scene'],
     'interface/run/simulate': [*AUTODIFF, *DYNAMICS, *GENERATE, IO, 'interface/robot', *SYSTEM, 'interface/files/scene'],
     'interface/run/rollout': [*AUTODIFF, *DYNAMICS, *GENERATE, 'codegen/run', IO, 'interface/robot', *SYSTEM, 'interface/motion', 'interface/files/scene'],
@@ -110,6 +110,7 @@ ROOMS = {
     'tools/mpi': ['dynamics', 'codegen', 'interface', 'tools/dyntape'],
     'tests': ['autodiff', 'dynamics', 'codegen', 'interface', 'tools'],
 }
+ROOMS['interface/motion/tied'] = ROOMS['interface/motion']  # of robots with mimic joints
 ROOMS['interface/python'] = [room for room in ROOMS if room != 'tests']  # bindings of everything, which nobody includes
 ROOMS['interface/python/bridges'] = ROOMS['interface/python']  # other tools, in their terms
 ROOMS['interface/python/robots'] = ROOMS['interface/python']  # methods of a robot

@@ -46,6 +46,19 @@ Eigen::VectorXd read_values(Section& section, const std::string& key, const std:
   return values;
 }
 
+// Notes values by name of joints that follow others.
+void refuse_followers(Section& section, const std::string& key,
+                      const std::vector<dynamics::MimicRule>& followers) {
+  for (Section& block : section.children(key)) {
+    for (const dynamics::MimicRule& rule : followers) {
+      if (block.has(rule.joint))
+        block.problem(rule.joint, "joint '" + rule.joint + "' follows '" + rule.leader +
+                                      "' and has no value of its own; expected one for '" + rule.leader +
+                                      "'");
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> joint_names(const dynamics::Model<double>& model) {
@@ -77,19 +90,26 @@ Eigen::VectorXd configuration_of(const dynamics::Model<double>& model, const Eig
 
 Eigen::VectorXd read_joint_values(Section& section, const std::string& key,
                                   const dynamics::Model<double>* model, std::optional<double> fallback,
-                                  const io::Range& range, const std::vector<std::string>& open) {
+                                  const io::Range& range, const std::vector<std::string>& open,
+                                  const std::vector<dynamics::MimicRule>& followers) {
   if (!model) {
     const std::string text = fallback ? io::shortest(*fallback) : "";
     section.defer(key, "a number per joint", fallback ? text.c_str() : nullptr);
     return {};
   }
-  const std::vector<std::string> names = single_joint_names(*model);
-  const Eigen::VectorXd values =
-      read_values(section, key, names, fallback, range, int(names.size()) < model->njoints(), open);
+  const auto follows = [&](const std::string& name) {
+    return std::any_of(followers.begin(), followers.end(),
+                       [&](const auto& rule) { return rule.joint == name; });
+  };
+  std::vector<std::string> names = single_joint_names(*model);
+  const bool has_others = int(names.size()) < model->njoints();
+  std::erase_if(names, follows);
+  refuse_followers(section, key, followers);
+  const Eigen::VectorXd values = read_values(section, key, names, fallback, range, has_others, open);
   Eigen::VectorXd spread = Eigen::VectorXd::Zero(model->nv);
   Eigen::Index k = 0;
   for (const auto& joint : model->joints) {
-    if (dynamics::is_single(joint.type)) spread[joint.idx_v] = values[k++];
+    if (dynamics::is_single(joint.type) && !follows(joint.name)) spread[joint.idx_v] = values[k++];
   }
   return spread;
 }

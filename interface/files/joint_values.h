@@ -9,6 +9,8 @@
 //
 //   const Eigen::VectorXd d = read_joint_values(section, "damping", &model, 0.0);   // fallback: the value if the key is absent
 //
+// Followers have no value of their own (robot_scene.h); the others are in the order without them.
+//
 // Notes in the section: missing values, values that are no numbers, out of range or too many (Section::finish
 // reports them).  Joints of one degree of freedom have one value each, in the order of the model; a floating base
 // has none.
@@ -18,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/dynamics/model/model.h>
+#include <dyntape/dynamics/model/mimic_rules.h>
 #include <dyntape/interface/files/info/section.h>
 
 namespace dyntape {
@@ -27,7 +29,8 @@ namespace dyntape {
 // deferred.
 Eigen::VectorXd read_joint_values(io::Section& section, const std::string& key,
                                   const dynamics::Model<double>* model, std::optional<double> fallback,
-                                  const io::Range& range = {}, const std::vector<std::string>& open = {});
+                                  const io::Range& range = {}, const std::vector<std::string>& open = {},
+                                  const std::vector<dynamics::MimicRule>& followers = {});
 
 // The same entries of a configuration (nq); the other entries are neutral.
 Eigen::VectorXd configuration_of(const dynamics::Model<double>& model, const Eigen::VectorXd& joint_values);

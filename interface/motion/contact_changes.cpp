@@ -133,9 +133,9 @@ StageFunction impact(const RobotScene& scene, const std::vector<HeldContact>& co
   }
   // With its analytic derivatives, but for added inertias, which callees do not know.
   std::shared_ptr<const Callee> stuck;
-  if (scene.effects.acting().added.count == 0 && is_worth_callees(scene.model))
+  if (scene.effects.acting().added.count == 0 && scene.mimics.empty() && is_worth_callees(scene.model))
     stuck = impulse_dynamics_callee(dynamics::acting_model(scene.model, scene.effects), held, 0.0);
-  return [scene, held, stuck](const auto& s) {
+  return [scene, held, stuck, ties = ties_of(scene)](const auto& s) {
     using T = typename std::decay_t<decltype(s.x)>::Scalar;
     using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
     if constexpr (std::is_same_v<T, AD>) {
@@ -147,6 +147,7 @@ StageFunction impact(const RobotScene& scene, const std::vector<HeldContact>& co
     }
     const dynamics::Model<T> model = scene.model.template cast<T>();
     dynamics::Data<T> data(model);
+    data.following = ties.template following<T>();
     std::vector<dynamics::Constraint<T>> list;
     for (const auto& constraint : held) list.push_back(constraint.template cast<T>());
     dynamics::ConstraintData<T> constraints(model, list);

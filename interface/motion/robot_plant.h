@@ -15,16 +15,10 @@
 #include <utility>
 #include <vector>
 
-#include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/dynamics/contact/rigid_contacts.h>
 #include <dyntape/dynamics/effects/effects.h>
 #include <dyntape/interface/control/problem/stage.h>
 #include <dyntape/interface/robot/robot_scene.h>
-
-namespace dyntape {
-struct Problem;
-struct RobotProblemOptions;
-}  // namespace dyntape
 
 namespace dyntape::detail {
 
@@ -39,17 +33,7 @@ struct Drives {
   std::vector<Push> thrusters;
   std::vector<int> contacts;  // frames of their contact forces
   dynamics::UnilateralConstraints rigid = {};
-  // The rows of G of mimic joints (dynamics/model/following.h), and its columns; empty: there are none.
-  std::vector<dynamics::FollowedEntry> following = {};
-  int leaders = 0;
-  Drives tie(const dynamics::Model<double>& model, const std::vector<dynamics::MimicRule>& rules) const {
-    Drives drives = *this;
-    if (rules.empty()) return drives;
-    const dynamics::MimicModel<double> tied(model, rules);
-    drives.following = tied.v_entries;
-    drives.leaders = tied.nv;
-    return drives;
-  }
+  Ties ties = {};  // of the scene's mimic joints
   int n_held() const { return int(3 * contacts.size()); }
   int n_rigid() const {
     int rows = 0;
@@ -59,6 +43,20 @@ struct Drives {
   int n_u() const { return int(dofs.size() + thrusters.size()) + n_held() + n_rigid(); }
   bool push() const { return !thrusters.empty() || !contacts.empty() || !rigid.empty(); }
 };
+
+// Residuals of inverse dynamics with mimic joints, of the torques that are missing: those at leaders include their followers';
+// those of followers are their accelerations less what the leaders give them.
+template <class T>
+dynamics::VectorX<T> tied_rows(const Ties& ties, const dynamics::VectorX<T>& missing,
+                               const dynamics::VectorX<T>& a) {
+  dynamics::VectorX<T> rows = ties.gathered(missing);
+  const dynamics::VectorX<T> tied = ties.tied_v(a);
+  for (std::size_t k = 0; k < ties.v.size(); ++k) {
+    const auto i = Eigen::Index(k);
+    if (ties.v_owners[std::size_t(ties.v[k].index)] != int(k)) rows[i] = a[i] - tied[i];
+  }
+  return rows;
+}
 
 // World axes: (m/s^2, rad/s^2), (m/s, rad/s), m and the frame's axes.
 template <class T>
@@ -78,7 +76,7 @@ struct Plant {
         torques(model),
         pushed(model),
         drives(std::move(d)) {
-    if (!drives.following.empty()) data.following.emplace(drives.following, drives.leaders);
+    data.following = drives.ties.template following<T>();
     for (const Drives::Push& push : drives.thrusters)
       pushes.push_back(dynamics::wrench_at_frame<T>(model, push.frame, dynamics::FixedIn::kBody, {}));
     for (int frame : drives.contacts)
@@ -93,8 +91,9 @@ struct Plant {
   Drives drives;
   std::vector<dynamics::Wrench<T>> pushes;  // of thrusters, then of contacts
 
-  Vector q(const Stage<T>& s) const { return s.x.head(model.nq); }
-  Vector v(const Stage<T>& s) const { return s.x.segment(model.nq, model.nv); }
+  // Of a stage of which the independent joints count.
+  Vector q(const Stage<T>& s) const { return drives.ties.tied_q(Vector(s.x.head(model.nq))); }
+  Vector v(const Stage<T>& s) const { return drives.ties.tied_v(Vector(s.x.segment(model.nq, model.nv))); }
 
   Vector command(const Stage<T>& s) const {
     const Vector u = s.u.head(drives.gain.size());
@@ -139,7 +138,8 @@ struct Plant {
     return dynamics::aba<T>(model, data, q(s), v(s), tau, effects.acting());
   }
   Vector inverse(const Stage<T>& s) {
-    return dynamics::inverse_dynamics<T>(model, data, torques, effects, q(s), v(s), Vector(s.a));
+    return dynamics::inverse_dynamics<T>(model, data, torques, effects, q(s), v(s),
+                                         drives.ties.tied_v(Vector(s.a)));
   }
   // A frame at the acceleration a.
   HeldFrame<T> held(const Stage<T>& s, const Vector& a, int frame) {
@@ -150,10 +150,4 @@ struct Plant {
             dynamics::frame_placement(model, data, frame)};
   }
 };
-
-// robot_problem() of a robot with mimic joints.  States, controls and residuals are those of all joints; forward dynamics keeps
-// the rules.  No driven joint may follow another.
-Problem tied_problem(const RobotScene& scene, const RobotProblemOptions& options,
-                     const std::vector<dynamics::MimicRule>& mimics);
-
 }  // namespace dyntape::detail

@@ -47,7 +47,7 @@ struct Plants {
       : scene(s), drives(d), plain(std::make_shared<Plant<double>>(s.model, s.effects, d)) {
     dynamics::check(s.model, s.effects);
     const bool adds_inertia = s.effects.acting().added.count > 0;  // which callees do not know
-    if (adds_inertia || !d.following.empty() || !is_worth_callees(s.model)) return;
+    if (adds_inertia || !d.ties.empty() || !is_worth_callees(s.model)) return;
     const Model<double> acting = dynamics::acting_model(s.model, s.effects);
     forward_callee = forward_dynamics_callee(acting);
     inverse_callee = inverse_dynamics_callee(acting);
@@ -97,7 +97,8 @@ StageFunction forward_rate(const std::shared_ptr<const Plants>& plants) {
 StageFunction scaled_residual(const std::shared_ptr<const Plants>& plants, const Eigen::VectorXd& scale) {
   return [plants, scale](const auto& s) {
     using T = typename std::decay_t<decltype(s.x)>::Scalar;
-    return VectorX<T>(plants->missing(s).cwiseProduct(scale.template cast<T>()));
+    const VectorX<T> missing = detail::tied_rows<T>(plants->drives.ties, plants->missing(s), s.a);
+    return VectorX<T>(missing.cwiseProduct(scale.template cast<T>()));
   };
 }
 
@@ -185,6 +186,7 @@ Drives drives_of(const RobotScene& scene, const RobotProblemOptions& options) {
     for (std::size_t i = 0; i < contact.corners.size(); ++i) drives.contacts.push_back(corner++);
   }
   drives.rigid = scene.constraints.rigid;
+  drives.ties = ties_of(scene);
   return drives;
 }
 
@@ -352,14 +354,8 @@ Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::
 }
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options) {
-  return detail::tied_problem(scene, options, {});
-}
-
-Problem detail::tied_problem(const RobotScene& scene, const RobotProblemOptions& options,
-                             const std::vector<dynamics::MimicRule>& mimics) {
   check_implicit_contacts(scene);
-  const auto plants = std::make_shared<const Plants>(with_corners(scene, options),
-                                                     drives_of(scene, options).tie(scene.model, mimics));
+  const auto plants = std::make_shared<const Plants>(with_corners(scene, options), drives_of(scene, options));
   const Model<double>& model = scene.model;
   std::vector<std::string> states = entry_names_of(model, "q.", true);
   const std::vector<std::string> velocities = entry_names_of(model, "v.", false);
@@ -407,7 +403,7 @@ Eigen::VectorXd holding_controls(const RobotScene& scene, const RobotProblemOpti
                                  const Eigen::VectorXd& q) {
   Plant<double> plant(with_corners(scene, options).model, scene.effects, drives_of(scene, options));
   const int n = plant.drives.n_u(), joints = int(plant.drives.dofs.size()), nv = scene.model.nv;
-  const Eigen::VectorXd tau = holding_torque(scene, q);
+  const Eigen::VectorXd tau = plant.drives.ties.gathered(holding_torque(scene, q));
   Eigen::VectorXd u(n);
   if (!plant.drives.push()) {
     for (int k = 0; k < n; ++k) u[k] = tau[plant.drives.dofs[std::size_t(k)]] / plant.drives.gain[k];
@@ -417,7 +413,8 @@ Eigen::VectorXd holding_controls(const RobotScene& scene, const RobotProblemOpti
   for (int k = 0; k < joints; ++k) B(plant.drives.dofs[std::size_t(k)], k) = plant.drives.gain[k];
   Eigen::VectorXd x = Eigen::VectorXd::Zero(scene.model.nq + nv);
   x.head(scene.model.nq) = q;
-  for (int k = joints; k < n; ++k) B.col(k) = plant.push_torques({0, x, {}, Eigen::VectorXd::Unit(n, k)});
+  for (int k = joints; k < n; ++k)
+    B.col(k) = plant.drives.ties.gathered(plant.push_torques({0, x, {}, Eigen::VectorXd::Unit(n, k)}));
   return least_norm_solution(B, tau);
 }
 

@@ -16,7 +16,6 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/robot_configuration.h>
-#include <dyntape/interface/motion/robot_plant.h>
 
 #include "module.h"
 #include "scenes.h"
@@ -33,7 +32,7 @@ void check_duration(const std::string& what, double duration) {
 }
 
 std::shared_ptr<P> problem_in(RobotScene scene, double duration, const std::string& form,
-                              const std::string& unit, const std::vector<dynamics::MimicRule>& mimics = {}) {
+                              const std::string& unit) {
   check_duration("problem", duration);
   auto p = std::make_shared<P>();
   p->is_robot = true;
@@ -41,14 +40,11 @@ std::shared_ptr<P> problem_in(RobotScene scene, double duration, const std::stri
   p->options.duration = duration;
   p->options.form = io::chosen("problem: form", form, dynamics_forms());
   p->options.unit = io::chosen("problem: unit", unit, control_units());
-  if (!mimics.empty()) {
-    const auto tied = std::make_shared<const TiedJoints>(p->scene, mimics);
-    tied->check_driven(p->scene.actuated);
-    if (p->scene.actuated.empty()) p->scene.actuated = tied->leaders();
-    p->tied = tied;
+  p->problem = robot_problem(p->scene, p->options);
+  if (!p->scene.mimics.empty()) {
+    p->tied = std::make_shared<const TiedJoints>(p->scene);
+    p->problem = p->tied->shortened(p->problem);
   }
-  p->problem = p->tied ? p->tied->shortened(detail::tied_problem(p->scene, p->options, mimics))
-                       : robot_problem(p->scene, p->options);
   return p;
 }
 
@@ -57,7 +53,8 @@ std::shared_ptr<P> problem_of(std::shared_ptr<const Robot> robot, double duratio
   RobotScene scene;
   scene.model = robot->model();
   scene.actuated = driven;
-  const auto p = problem_in(std::move(scene), duration, form, unit, robot->urdf.mimics);
+  scene.mimics = dynamics::resolved(robot->urdf.mimics);
+  const auto p = problem_in(std::move(scene), duration, form, unit);
   p->visuals = [robot] { return robot->visuals(); };
   return p;
 }
@@ -65,7 +62,8 @@ std::shared_ptr<P> problem_of(std::shared_ptr<const Robot> robot, double duratio
 std::shared_ptr<P> problem_of_scene(std::shared_ptr<PythonScene> scene, std::optional<double> duration,
                                     const std::string& form, const std::string& unit) {
   const auto p = problem_in(scene->scene.robot, duration.value_or(scene->scene.duration), form, unit);
-  start_at(p->problem, p->scene, scene->scene.q, scene->scene.v);
+  const auto start = [&](Problem& problem) { start_at(problem, p->scene, scene->scene.q, scene->scene.v); };
+  p->tied ? p->tied->set_ends(p->problem, start) : start(p->problem);
   p->visuals = [scene] {
     return scene->scene.urdf.empty() ? dynamics::UrdfVisuals()
                                      : dynamics::read_visuals(scene->scene.urdf, scene->scene.robot.model);

@@ -11,8 +11,8 @@
 #include <dyntape/dynamics/urdf/visuals.h>
 #include <dyntape/interface/control/solve/solve.h>
 #include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/tied/tied_joints.h>
 
-#include "problems/tied_joints.h"
 #include "robot.h"
 
 namespace dyntape::python {

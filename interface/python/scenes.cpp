@@ -57,7 +57,7 @@ std::shared_ptr<PythonSimulation> simulate_file(nb::handle scene, nb::handle set
 }
 
 std::string summary(const PythonScene& s) {
-  const dynamics::Model<double>& model = s.scene.robot.model;
+  const dynamics::Model<double>& model = s.model;
   return "<dyntape.Scene \"" + s.scene.name + "\": robot \"" + model.name + "\", nq " +
          std::to_string(model.nq) + ", nv " + std::to_string(model.nv) + ", " +
          io::shortest(s.scene.duration) + " s in steps of " + io::shortest(s.scene.step) + " s, " +
@@ -70,6 +70,11 @@ nb::dict flows_of(const SimulatedMotion& motion, std::vector<double> EnergyFlow:
   nb::dict flows;
   for (const EnergyFlow& flow : motion.flows) flows[flow.name.c_str()] = entries_of(flow.*which);
   return flows;
+}
+
+// Rows of the independent joints.
+Eigen::MatrixXd owned(const std::vector<int>& owners, const Eigen::MatrixXd& all) {
+  return owners.empty() ? all : Eigen::MatrixXd(all(owners, Eigen::all));
 }
 
 std::string page(const PythonSimulation& s) {
@@ -104,15 +109,16 @@ void bind_scene(nb::module_& module) {
       .def_prop_ro(
           "name", [](const S& s) { return s.scene.name; }, "Its name.")
       .def_prop_ro(
-          "nq", [](const S& s) { return s.scene.robot.model.nq; }, "Entries of q.")
+          "nq", [](const S& s) { return s.model.nq; },
+          "Entries of q; joints that follow others (`robot { mimic true }`) have none.")
       .def_prop_ro(
-          "nv", [](const S& s) { return s.scene.robot.model.nv; }, "Entries of v.")
+          "nv", [](const S& s) { return s.model.nv; }, "Entries of v, likewise.")
       .def_prop_ro(
-          "q", [](const S& s) { return entries_of(s.scene.q); }, nb::sig("def q(self) -> Array"),
-          "(nq,) at the start.")
+          "q", [](const S& s) { return entries_of(Eigen::VectorXd(s.ties.own_q(s.scene.q))); },
+          nb::sig("def q(self) -> Array"), "(nq,) at the start.")
       .def_prop_ro(
-          "v", [](const S& s) { return entries_of(s.scene.v); }, nb::sig("def v(self) -> Array"),
-          "(nv,) at the start.")
+          "v", [](const S& s) { return entries_of(Eigen::VectorXd(s.ties.own_v(s.scene.v))); },
+          nb::sig("def v(self) -> Array"), "(nv,) at the start.")
       .def_prop_ro(
           "driven", [](const S& s) { return driven_names(s.scene.robot); },
           "Joints that are driven, in the order of the commands u.")
@@ -152,8 +158,10 @@ void bind_simulation(nb::module_& module) {
     def_array(type, name, what, [which](const S& s) { return rows_of(s.report.motion.*which); });
   };
   values("t", &SimulatedMotion::t, "(samples,) s.");
-  vectors("q", &SimulatedMotion::q, "(samples, nq).");
-  vectors("v", &SimulatedMotion::v, "(samples, nv).");
+  def_array(type, "q", "(samples, nq).",
+            [](const S& s) { return rows_of(owned(s.scene->ties.q_owners, s.report.motion.q)); });
+  def_array(type, "v", "(samples, nv).",
+            [](const S& s) { return rows_of(owned(s.scene->ties.v_owners, s.report.motion.v)); });
   vectors("drive", &SimulatedMotion::drive, "(samples, driven joints) torques of the motors, N m or N.");
   values("kinetic", &SimulatedMotion::kinetic, "(samples,) J.");
   values("stored", &SimulatedMotion::stored, "(samples,) J: what gravity and springs hold.");

@@ -18,9 +18,12 @@ namespace dyntape::python {
 
 class PythonScene {
  public:
-  explicit PythonScene(Scene read) : scene(std::move(read)) {}
+  explicit PythonScene(Scene read)
+      : scene(std::move(read)), model(independent_model(scene.robot)), ties(ties_of(scene.robot)) {}
 
   const Scene scene;
+  const dynamics::Model<double> model;  // of states: without joints that follow others
+  const Ties ties;
   // Made once, without the lock, at the first call.
   SceneRollout& steps(bool with_jacobians) const;
 

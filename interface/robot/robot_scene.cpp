@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/algorithms/mimic.h>
 
 namespace dyntape {
 
@@ -15,19 +16,45 @@ const dynamics::Joint<double>& driven_joint(const RobotScene& scene, const std::
     refuse(scene.model, "joint \"" + name + "\" is " + dynamics::to_string(joint.type) +
                             "; expected a driven joint to have one degree of freedom");
   }
+  if (const dynamics::MimicRule* rule = rule_of(scene, name)) {
+    refuse(scene.model, "joint \"" + name + "\" follows \"" + rule->leader +
+                            "\", whose motor moves it; expected the driven joint \"" + rule->leader + "\"");
+  }
   return joint;
 }
 
 }  // namespace
 
+Ties ties_of(const RobotScene& scene) {
+  if (scene.mimics.empty()) return {};
+  const dynamics::MimicModel<double> model(scene.model, scene.mimics);
+  return {model.q_entries, model.v_entries, model.q_owners, model.v_owners};
+}
+
+Eigen::MatrixXd Ties::columns(const Eigen::MatrixXd& J) const {
+  if (empty()) return J;
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(J.rows(), Eigen::Index(v_owners.size()));
+  for (std::size_t k = 0; k < v.size(); ++k) own.col(v[k].index) += v[k].factor * J.col(Eigen::Index(k));
+  return own;
+}
+
+const dynamics::MimicRule* rule_of(const RobotScene& scene, const std::string& joint) {
+  const auto is_of = [&](const dynamics::MimicRule& rule) { return rule.joint == joint; };
+  const auto rule = std::find_if(scene.mimics.begin(), scene.mimics.end(), is_of);
+  return rule == scene.mimics.end() ? nullptr : &*rule;
+}
+
+std::vector<std::string> independent_joints(const RobotScene& scene) {
+  std::vector<std::string> names;
+  for (const auto& joint : scene.model.joints) {
+    if (dynamics::is_single(joint.type) && !rule_of(scene, joint.name)) names.push_back(joint.name);
+  }
+  return names;
+}
+
 std::vector<int> actuated_dofs(const RobotScene& scene) {
   std::vector<int> dofs;
-  if (scene.actuated.empty()) {
-    for (const auto& joint : scene.model.joints) {
-      if (dynamics::is_single(joint.type)) dofs.push_back(joint.idx_v);
-    }
-  }
-  for (const std::string& name : scene.actuated) {
+  for (const std::string& name : driven_names(scene)) {
     const int dof = driven_joint(scene, name).idx_v;
     if (std::find(dofs.begin(), dofs.end(), dof) != dofs.end())
       refuse(scene.model, "joint \"" + name + "\" is named twice among the driven ones, expected once");
@@ -65,12 +92,7 @@ std::string unit_of_state(const dynamics::Model<double>& model, int index) {
 }
 
 std::vector<std::string> driven_names(const RobotScene& scene) {
-  if (!scene.actuated.empty()) return scene.actuated;
-  std::vector<std::string> names;
-  for (const auto& joint : scene.model.joints) {
-    if (dynamics::is_single(joint.type)) names.push_back(joint.name);
-  }
-  return names;
+  return scene.actuated.empty() ? independent_joints(scene) : scene.actuated;
 }
 
 std::vector<std::string> entry_names(const dynamics::Model<double>& model, const std::string& block) {

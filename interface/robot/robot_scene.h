@@ -9,13 +9,18 @@
 //
 // Only the chosen effects are recorded (dynamics/effects/effects.h).
 //
-// Errors.  ArgumentError: a driven joint that is unknown, named twice, or of several degrees of freedom.
+// Mimic joints follow others by the rules of `mimics`.  States of a scene still have all joints; dynamics keep the rules.
+// Followers have no motors.
+//
+// Errors.  ArgumentError: a driven joint that is unknown, named twice, of several degrees of freedom, or a follower.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <dyntape/dynamics/effects/effects.h>
+#include <dyntape/dynamics/model/mimic_rules.h>
 #include <dyntape/interface/robot/scene_constraints.h>
 
 namespace dyntape {
@@ -23,11 +28,87 @@ namespace dyntape {
 struct RobotScene {
   dynamics::Model<double> model;
   dynamics::Effects<double> effects = {};
-  std::vector<std::string> actuated = {};  // joints; empty: all with one degree of freedom
+  std::vector<std::string> actuated = {};  // joints; empty: all independent ones with one degree of freedom
   // (s) lag of each driven joint, m' = (u - m) / lag, or empty.  0: no lag.
   Eigen::VectorXd lag = {};
   SceneConstraints constraints = {};  // loops, rigid contacts, hard limits
+  std::vector<dynamics::MimicRule> mimics = {};
 };
+
+// The rules of mimic joints in vectors of all joints and of the independent ones (dynamics/model/following.h).  Empty, and
+// all conversions return their argument, if no joint follows another.
+struct Ties {
+  std::vector<dynamics::FollowedEntry> q, v;  // (nq), (nv) entries of all joints
+  std::vector<int> q_owners, v_owners;        // entry of all joints for each independent one
+
+  bool empty() const { return v.empty(); }
+  // For Data::following.
+  template <class T>
+  std::optional<dynamics::Following<T>> following() const {
+    if (empty()) return std::nullopt;
+    return dynamics::Following<T>(v, int(v_owners.size()));
+  }
+  template <class T>
+  dynamics::VectorX<T> all_q(const dynamics::VectorX<T>& own) const {
+    return expanded(q, own);
+  }
+  template <class T>
+  dynamics::VectorX<T> all_v(const dynamics::VectorX<T>& own) const {
+    return expanded(v, own);
+  }
+  template <class T>
+  dynamics::VectorX<T> own_q(const dynamics::VectorX<T>& all) const {
+    return owned(q_owners, all);
+  }
+  template <class T>
+  dynamics::VectorX<T> own_v(const dynamics::VectorX<T>& all) const {
+    return owned(v_owners, all);
+  }
+  // Followers where their leaders put them.
+  template <class T>
+  dynamics::VectorX<T> tied_q(const dynamics::VectorX<T>& all) const {
+    return all_q(own_q(all));
+  }
+  template <class T>
+  dynamics::VectorX<T> tied_v(const dynamics::VectorX<T>& all) const {
+    return all_v(own_v(all));
+  }
+  // G^T tau: torques of all joints at the leaders, and zero at the followers.
+  template <class T>
+  dynamics::VectorX<T> gathered(dynamics::VectorX<T> tau) const {
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      const int leader = v_owners[std::size_t(v[k].index)];
+      if (leader == int(k)) continue;
+      tau[leader] += T(v[k].factor) * tau[Eigen::Index(k)];
+      tau[Eigen::Index(k)] = T(0);
+    }
+    return tau;
+  }
+  // J G of a matrix (rows x nv).
+  Eigen::MatrixXd columns(const Eigen::MatrixXd& J) const;
+
+ private:
+  template <class T>
+  dynamics::VectorX<T> expanded(const std::vector<dynamics::FollowedEntry>& entries,
+                                const dynamics::VectorX<T>& own) const {
+    if (empty()) return own;
+    dynamics::VectorX<T> all = dynamics::VectorX<T>::Constant(Eigen::Index(entries.size()), T(0));
+    dynamics::detail::expand<T>(entries, own, all);
+    return all;
+  }
+  template <class T>
+  dynamics::VectorX<T> owned(const std::vector<int>& owners, const dynamics::VectorX<T>& all) const {
+    if (empty()) return all;
+    return all(owners);
+  }
+};
+
+// ArgumentError for rules that check_mimic_rules refuses.
+Ties ties_of(const RobotScene& scene);
+// The rule of a joint; null: it is independent.
+const dynamics::MimicRule* rule_of(const RobotScene& scene, const std::string& joint);
+// Independent joints of one degree of freedom.
+std::vector<std::string> independent_joints(const RobotScene& scene);
 
 // An ArgumentError that names the robot.
 [[noreturn]] void refuse(const dynamics::Model<double>& model, const std::string& what);

@@ -25,14 +25,16 @@ double close_loops(const RobotScene& scene, VectorXd& q, VectorXd& v) {
   constexpr double kClosed = 1e-13, kAccepted = 1e-10, kLongest = 0.5;
   constexpr int kMostRounds = 200;
   if (scene.constraints.loops.empty()) return 0;
+  const Ties ties = ties_of(scene);
   dynamics::Data<double> data(scene.model);
+  data.following = ties.following<double>();
   LoopData loops(scene.model, scene.constraints.loops);
   const VectorXd given = q;
   double error = error_at(scene, data, loops, q);
   VectorXd best = q;
   double least = error;
   for (int round = 0; round < kMostRounds && least > kClosed; ++round) {
-    VectorXd step = -least_norm_solution(loops.J, loops.error, 1e-9);
+    VectorXd step = -ties.all_v(least_norm_solution(ties.columns(loops.J), loops.error, 1e-9));
     const double length = step.cwiseAbs().maxCoeff();
     if (length > kLongest) step *= kLongest / length;
     q = dynamics::integrate<double>(scene.model, q, step);

@@ -32,6 +32,8 @@ JoinedJoints joined_joints(const RobotScene& scene) {
   for (int i = 0; i < model.njoints(); ++i) joined.join(i, model.parent[std::size_t(i)]);
   for (const auto& loop : scene.constraints.loops) joined.join(loop.body_1, loop.body_2);
   for (const auto& contact : scene.constraints.rigid.contacts) joined.join(contact.body, contact.plane_body);
+  for (const auto& rule : scene.mimics)
+    joined.join(model.joint_index(rule.joint), model.joint_index(rule.leader));
   for (const auto& tendon : scene.effects.tendons) {
     int last = -1;
     tendon.for_each_arm(model, [&](const dynamics::Joint<double>& joint, double) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The mechanisms of a scene: parts that no joint, loop, tendon or contact connects, so that they exchange no energy.
+// The mechanisms of a scene: parts that no joint, mimic joint, loop, tendon or contact connects, so that they exchange no energy.
 //
 //   for (const Mechanism& part : mechanisms_of(scene)) ...      // part.name: the joint next to the world
 //

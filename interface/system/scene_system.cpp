@@ -20,6 +20,12 @@ int reactions_of(const SceneConstraints& constraints) {
   return rows;
 }
 
+// A point whose followers are where their leaders put them, and dynamics that keep it so.
+SystemPoint<AD> tied_point(const Ties& ties, SystemPoint<AD> s) {
+  s.q = ties.tied_q(s.q), s.v = ties.tied_v(s.v);
+  return s;
+}
+
 // What rigid contacts and stops do to the joints, by the forces of their rows, which end the parameters.
 VectorXad reaction_torques(const SceneConstraints& constraints, const Model<AD>& model, Data<AD>& data,
                            const SystemPoint<AD>& s) {
@@ -30,7 +36,7 @@ VectorXad reaction_torques(const SceneConstraints& constraints, const Model<AD>&
 // Constrained dynamics with their analytic derivatives, of a robot that no parameter changes; null: recorded as they are.
 std::shared_ptr<const Callee> loops_callee(const RobotScene& scene, int n_p) {
   const auto acting = scene.effects.acting();
-  const bool known = n_p == 0 && acting.coriolis && acting.added.count == 0;
+  const bool known = n_p == 0 && acting.coriolis && acting.added.count == 0 && scene.mimics.empty();
   if (scene.constraints.loops.empty() || !known || !is_worth_callees(scene.model)) return nullptr;
   return constrained_dynamics_callee(dynamics::acting_model(scene.model, scene.effects),
                                      scene.constraints.loops);
@@ -38,9 +44,8 @@ std::shared_ptr<const Callee> loops_callee(const RobotScene& scene, int n_p) {
 
 // The acceleration of a robot that is held: loops close, rigid contacts push as the parameters say.
 VectorXad held_acceleration(const SceneConstraints& constraints, const std::shared_ptr<const Callee>& closed,
-                            const Model<AD>& model, const dynamics::Effects<AD>& effects,
+                            const Model<AD>& model, Data<AD>& data, const dynamics::Effects<AD>& effects,
                             const std::vector<int>& dofs, const SystemPoint<AD>& s) {
-  Data<AD> data(model);
   dynamics::EffectTorques<AD> torques(model);
   const VectorXad command = torques_at(dofs, s.drive, model.nv);
   const VectorXad driven = dynamics::driving_torques<AD>(model, torques, effects, command);
@@ -90,17 +95,21 @@ System system_of(const RobotScene& scene, int n_p, const SceneEdit& edit) {
     return now;
   };
   const auto closed = loops_callee(scene, n_p);
-  system.acceleration = [with, dofs, closed,
-                         constraints = scene.constraints](const SystemPoint<AD>& s) -> VectorXad {
+  const Ties ties = ties_of(scene);
+  system.acceleration = [with, dofs, closed, ties,
+                         constraints = scene.constraints](const SystemPoint<AD>& point) -> VectorXad {
+    const SystemPoint<AD> s = tied_point(ties, point);
     const auto [model, effects] = with(s.p);
-    if (!constraints.empty()) return held_acceleration(constraints, closed, model, effects, dofs, s);
-    dynamics::Data<AD> data(model);
+    Data<AD> data(model);
+    data.following = ties.following<AD>();
+    if (!constraints.empty()) return held_acceleration(constraints, closed, model, data, effects, dofs, s);
     dynamics::EffectTorques<AD> torques(model);
     const VectorXad tau = torques_at(dofs, s.drive, model.nv);
     return dynamics::forward_dynamics<AD>(model, data, torques, effects, s.q, s.v, tau);
   };
-  // No Lagrangian: loops are equations of accelerations, and without velocity products forces are no derivatives of energies.
-  if (!scene.constraints.loops.empty() || !scene.effects.acting().coriolis) return system;
+  // No Lagrangian: loops are equations of accelerations, without velocity products forces are no derivatives of energies, and
+  // the momenta of mimic joints are those of their leaders.
+  if (!scene.constraints.loops.empty() || !scene.effects.acting().coriolis || !ties.empty()) return system;
   system.lagrangian = [with](const VectorXad& q, const VectorXad& v, const VectorXad& p) -> AD {
     const auto [robot, effects] = with(p);
     const dynamics::Model<AD> model = dynamics::acting_model<AD>(robot, effects);

@@ -16,7 +16,8 @@ namespace dyntape {
 
 // Commands are the torques of the driven joints, in the order of actuated_dofs.  The last parameters are the forces
 // of the rows of rigid contacts and stops (scene_constraints.h), constant over a step; none without contacts and
-// stops.  Loops are part of the accelerations.  A scene with loops, or without velocity products, has no Lagrangian.
+// stops.  Loops are part of the accelerations.  A scene with loops or mimic joints, or without velocity products, has
+// no Lagrangian.
 System system_of(const RobotScene& scene);
 
 // The recorded robot and its effects.

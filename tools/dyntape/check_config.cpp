@@ -73,8 +73,8 @@ Found found_in(const TextOfFile& file) {
     check_start(scene);
     const dynamics::Model<double>& model = scene.robot.model;
     return {std::move(scene.effective),
-            "a scene of " + std::to_string(model.nv) + " degrees of freedom, " +
-                std::to_string(actuated_dofs(scene.robot).size()) + " driven",
+            "a scene of " + std::to_string(model.nv - int(scene.robot.mimics.size())) +
+                " degrees of freedom, " + std::to_string(actuated_dofs(scene.robot).size()) + " driven",
             std::move(scene.notes)};
   }
   if (has_block(file, "centroidal")) {

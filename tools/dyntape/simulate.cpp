@@ -33,7 +33,7 @@ struct SimulateOptions {
   std::vector<double> q0, v0;
   std::vector<std::string> effects, lock, set;
   double duration = 1, step = 1e-3;
-  bool explain = false, json = false, accuracy = false;
+  bool explain = false, json = false, accuracy = false, mimic = false;
 };
 
 // By its name; what comes by a pipe has none, and says by its first character that it is XML.
@@ -63,6 +63,7 @@ std::string scene_text(const SimulateOptions& options) {
   std::string lock;
   for (const std::string& joint : options.lock) lock += (lock.empty() ? "" : " ") + joint;
   if (!lock.empty()) text += "  lock \"" + lock + "\"\n";
+  if (options.mimic) text += "  mimic true\n";
   text += "}\neffects\n{\n";
   for (const std::string& effect : options.effects) text += effect_line(effect);
   text += "}\nsimulation\n{\n  duration " + io::shortest(options.duration) + "\n  step " +
@@ -71,12 +72,13 @@ std::string scene_text(const SimulateOptions& options) {
 }
 
 // The numbers of an option: all of q or v, or one a joint of one degree of freedom, or one for these.
-Eigen::VectorXd spread(const std::vector<double>& given, const dynamics::Model<double>& model,
-                       const std::string& option, const Eigen::VectorXd& otherwise, bool is_q) {
+Eigen::VectorXd spread(const std::vector<double>& given, const RobotScene& robot, const std::string& option,
+                       const Eigen::VectorXd& otherwise, bool is_q) {
+  const dynamics::Model<double>& model = robot.model;
   if (given.empty()) return otherwise;
   const auto values = Eigen::Map<const Eigen::VectorXd>(given.data(), Eigen::Index(given.size()));
   if (values.size() == otherwise.size()) return values;
-  const auto n = Eigen::Index(single_joint_names(model).size());
+  const auto n = Eigen::Index(independent_joints(robot).size());
   if (values.size() != n && values.size() != 1) {
     throw ArgumentError(option + ": got " + std::to_string(given.size()) + " numbers; expected " +
                         std::to_string(otherwise.size()) + ", or " + std::to_string(n) +
@@ -84,9 +86,8 @@ Eigen::VectorXd spread(const std::vector<double>& given, const dynamics::Model<d
   }
   Eigen::VectorXd all = Eigen::VectorXd::Zero(model.nv);
   Eigen::Index k = 0;
-  for (const auto& joint : model.joints) {
-    if (dynamics::is_single(joint.type)) all[joint.idx_v] = values[values.size() == 1 ? 0 : k++];
-  }
+  for (const std::string& joint : independent_joints(robot))
+    all[model.joints[std::size_t(model.joint_index(joint))].idx_v] = values[values.size() == 1 ? 0 : k++];
   return is_q ? configuration_of(model, all) : all;
 }
 
@@ -113,12 +114,12 @@ std::string quoted(const auto& numbers) {
 }
 
 // The same state as a scene's `start`.
-std::string start_text(const dynamics::Model<double>& model, const Eigen::VectorXd& q,
-                       const Eigen::VectorXd& v) {
+std::string start_text(const RobotScene& robot, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
+  const dynamics::Model<double>& model = robot.model;
   std::vector<double> q_joints, v_joints;
   const Eigen::VectorXd from_neutral = dynamics::difference<double>(model, dynamics::neutral(model), q);
   for (const auto& joint : model.joints) {
-    if (!dynamics::is_single(joint.type)) continue;
+    if (!dynamics::is_single(joint.type) || rule_of(robot, joint.name)) continue;
     q_joints.push_back(from_neutral[joint.idx_v]);
     v_joints.push_back(v[joint.idx_v]);
   }
@@ -165,11 +166,12 @@ Scene scene_in(const SimulateOptions& options) {
   const std::string text = scene_text(options);
   Scene scene = read_scene_text(text, here, file.settings);
   if (options.q0.empty() && options.v0.empty()) return scene;
-  const dynamics::Model<double>& model = scene.robot.model;
-  const Eigen::VectorXd q = spread(options.q0, model, "--q0", scene.q, true);
-  check_rotations(q, model);
-  const Eigen::VectorXd v = spread(options.v0, model, "--v0", scene.v, false);
-  scene = read_scene_text(text + start_text(model, q, v), here, file.settings);
+  const RobotScene robot = scene.robot;
+  const Ties ties = ties_of(robot);
+  const Eigen::VectorXd q = ties.tied_q(spread(options.q0, robot, "--q0", scene.q, true));
+  check_rotations(q, robot.model);
+  const Eigen::VectorXd v = ties.tied_v(spread(options.v0, robot, "--v0", scene.v, false));
+  scene = read_scene_text(text + start_text(robot, q, v), here, file.settings);
   scene.q = q, scene.v = v;  // also of joints that a file has no words for
   return scene;
 }
@@ -240,6 +242,10 @@ void add_simulate(CLI::App& app) {
   command->add_option("--lock", options->lock, "joints held at their neutral position, separated by commas")
       ->delimiter(',')
       ->type_name("J1,J2")
+      ->group(group);
+  command
+      ->add_flag("--mimic", options->mimic,
+                 "joints with <mimic> follow their leader; --q0 and --v0 of joints are without them")
       ->group(group);
   command
       ->add_option("--q0", options->q0,

@@ -33,8 +33,11 @@ using RobotModel = dynamics::Model<double>;
 
 void read_start(Section& file, const RobotModel* model, Scene& scene) {
   Section start = file.about("initial state").child_or_empty("start");
-  const VectorXd q = read_joint_values(start.about("joint positions [rad or m]"), "q", model, 0.0);
-  const VectorXd v = read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model, 0.0);
+  const std::vector<dynamics::MimicRule>& mimics = scene.robot.mimics;
+  const VectorXd q =
+      read_joint_values(start.about("joint positions [rad or m]"), "q", model, 0.0, {}, {}, mimics);
+  const VectorXd v =
+      read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model, 0.0, {}, {}, mimics);
   if (model && !floats(*model)) {
     if (start.has("base"))
       start.problem("base", "'start.base' is of a floating base; this robot's base is fixed");
@@ -52,6 +55,8 @@ void read_start(Section& file, const RobotModel* model, Scene& scene) {
   if (floats(*model)) place_base(scene.base, scene.q, scene.v);
   start.about("state of a planar joint, one block per joint");
   (void)read_planar(start, model, scene.q, scene.v);
+  const Ties ties = ties_of(scene.robot);
+  scene.q = ties.tied_q(scene.q), scene.v = ties.tied_v(scene.v);
 }
 
 // Whether `whole` is made of steps; rounding apart.
@@ -117,6 +122,10 @@ void read_method(Section& file, Scene& scene, bool known) {
   const double count = scene.duration / scene.step;
   if (scene.integrator == Integrator::kVariational && !scene.robot.effects.acting().coriolis)
     block.problem("integrator", "'variational' has all velocity products; they are off in this scene");
+  if (scene.integrator == Integrator::kVariational && !scene.robot.mimics.empty())
+    block.problem("integrator",
+                  "'variational' has no joints that follow others; expected another, such as "
+                  "implicit-midpoint, or 'robot.mimic false'");
   if (scene.integrator == Integrator::kVariational && !scene.robot.constraints.loops.empty())
     block.problem("integrator", "'variational' has no loops; expected another, such as implicit-midpoint");
   if (is_adaptive(scene.integrator) && !scene.robot.constraints.rigid.empty())
@@ -187,17 +196,20 @@ Commands read_table(Section& block, const std::string& path, const RobotScene& r
 
 Commands read_commands(Section& file, const std::string& path, const Scene& scene, bool known) {
   Section block = file.about("commands to the driven joints").child_or_empty("commands");
-  const VectorXd torque = read_joint_values(block.about("constant torque [N m or N]"), "torque",
-                                            known ? &scene.robot.model : nullptr, 0.0);
+  const VectorXd torque =
+      read_joint_values(block.about("constant torque [N m or N]"), "torque",
+                        known ? &scene.robot.model : nullptr, 0.0, {}, {}, scene.robot.mimics);
   const std::string table =
       block.about("path of a table with columns t [s] and tau.<joint>, as `dyntape solve` writes it")
           .get_or("file", "");
   const RobotModel* model = known ? &scene.robot.model : nullptr;
   block.about(
       "gain of the feedback to the table's q.<joint>, evaluated at the begin of each step [N m/rad or N/m]");
-  const VectorXd stiffness = read_joint_values(block, "stiffness", model, 0.0, io::not_negative());
+  const VectorXd stiffness =
+      read_joint_values(block, "stiffness", model, 0.0, io::not_negative(), {}, scene.robot.mimics);
   block.about("gain of the feedback to the table's v.<joint> [N m s/rad or N s/m]");
-  const VectorXd damping = read_joint_values(block, "damping", model, 0.0, io::not_negative());
+  const VectorXd damping =
+      read_joint_values(block, "damping", model, 0.0, io::not_negative(), {}, scene.robot.mimics);
   if (!known) return {};
   for (const char* key : {"stiffness", "damping"})
     if (table.empty() && block.has(key))
@@ -221,7 +233,8 @@ Commands read_commands(Section& file, const std::string& path, const Scene& scen
 void read_lag(Section& file, const RobotModel* model, RobotScene& robot) {
   Section block = file.about("dynamics of the motors").child_or_empty("actuators");
   block.about("time constant with which the torque follows its command [s]; 0: no delay");
-  const VectorXd lag = read_joint_values(block, "time_constant", model, 0.0, io::not_negative());
+  const VectorXd lag =
+      read_joint_values(block, "time_constant", model, 0.0, io::not_negative(), {}, robot.mimics);
   if (!model || lag.isZero(0)) return;
   const std::vector<int> dofs = actuated_dofs(robot);
   robot.lag.resize(Eigen::Index(dofs.size()));
@@ -292,8 +305,6 @@ long Scene::stride() const { return std::max(1L, std::lround(sample / step)); }
 namespace {
 
 void check_is_for_scenes(const dynamics::UrdfRobot& robot) {
-  if (!robot.mimics.empty())
-    throw ArgumentError("scene: not for robots whose joints follow others; load it without mimic");
   for (const auto& joint : robot.model.joints)
     if (joint.type == dynamics::JointType::kContinuous)
       throw ArgumentError(

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/urdf/check.h>
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/files/scene/effect_keys.h>
@@ -36,6 +37,9 @@ RobotKeys read_robot_keys(Section& file, Floating floating) {
     options.base = robot.choice_or<Base>("base", "fixed", {{"fixed", Base::kFixed}});
   }
   options.lock = distinct_names(robot.about("joints that are locked at their neutral position"), "lock");
+  options.mimic =
+      robot.about("joints with <mimic> in the URDF file follow their leader; false: they are independent")
+          .get_or("mimic", false);
   robot.about("rotations closer than this angle to a multiple of 90 degrees are made exact [rad]");
   options.snap = robot.get_or("rotation_tolerance", options.snap, io::between(0, 0.01));
   robot.about("an inertia that is physically impossible is an error, or only a warning");
@@ -65,6 +69,8 @@ SceneRobot read_scene_robot(Section& file, const std::string& path, Floating flo
   SceneRobot found{path_beside(path, block, "urdf", keys.urdf)};
   try {
     found.robot = dynamics::read_urdf(found.urdf, keys.options);
+    for (std::string& note : found.robot->notes)
+      if (note.ends_with(dynamics::kReadAsIndependent)) note += "; 'robot.mimic true' has it follow";
     if (found.robot->model.nv > 0) return found;
     block.problem("urdf", "'" + keys.urdf + "' has no joint that moves");
   } catch (const Error& e) {
@@ -88,6 +94,13 @@ void read_scene_keys(Section& file, RobotScene& scene, const KeyedRobot& robot) 
   scene.effects = read_effects(file, robot);
   scene.actuated = distinct_names(file.about("joints with a motor; absent: all"), "actuated",
                                   model ? single_joint_names(*model) : std::vector<std::string>{});
+  std::erase_if(scene.actuated, [&](const std::string& name) {
+    const dynamics::MimicRule* rule = rule_of(scene, name);
+    if (rule)
+      file.problem("actuated", "joint '" + name + "' follows '" + rule->leader +
+                                   "', whose motor moves it; expected '" + rule->leader + "'");
+    return rule != nullptr;
+  });
 }
 
 std::string path_beside(const std::string& file, Section& block, const std::string& key,

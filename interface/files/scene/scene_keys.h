@@ -37,6 +37,7 @@ bool take_robot(SceneRobot&& found, Read& read, RobotScene& scene) {
   read.notes = std::move(found.robot->notes);
   read.left_out = std::move(found.robot->left_out);
   scene.model = std::move(found.robot->model);
+  scene.mimics = dynamics::resolved(found.robot->mimics);
   return true;
 }
 

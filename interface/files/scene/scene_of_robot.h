@@ -6,7 +6,7 @@
 //   const Scene scene = read_scene_text(robot, "simulation { duration 2 }", "(text)");
 //
 // `shapes collision` of contacts uses the robot's spheres.  Errors.  FileError as in reading a scene; ArgumentError
-// for a robot with (cos, sin) joints, which scenes have as angles, or with mimic joints.
+// for a robot with (cos, sin) joints, which scenes have as angles.
 #pragma once
 
 #include <string>

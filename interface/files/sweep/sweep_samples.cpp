@@ -82,6 +82,8 @@ StartNumbers start_numbers(const SceneSweep& sweep, const VectorXd& values) {
   for (std::size_t k = 0; k < sweep.values.size(); ++k)
     put_start(start, sweep.values[k].place, values[Eigen::Index(k)]);
   if (floats(sweep.scene.robot.model)) place_base(start.base, start.q, start.v);
+  const Ties ties = ties_of(sweep.scene.robot);
+  start.q = ties.tied_q(start.q), start.v = ties.tied_v(start.v);
   return start;
 }
 

@@ -57,8 +57,8 @@ class PlaceReader {
       if (of == key.path && floats(model_))
         return FoundPlace{BasePlace{key.part, axis()}, {}, of + "." + "xyz"[axis()]};
     }
-    if (of == kPositions) return of_joints(of, StartPlace::Block::kPosition, single_joint_names(model_));
-    if (of == kVelocities) return of_joints(of, StartPlace::Block::kVelocity, single_joint_names(model_));
+    if (of == kPositions) return of_joints(of, StartPlace::Block::kPosition);
+    if (of == kVelocities) return of_joints(of, StartPlace::Block::kVelocity);
     if (of == kTorques) return of_torques(of);
     if (of.starts_with("robot.")) return of_robot(of);
     return nothing(of);
@@ -145,8 +145,8 @@ class PlaceReader {
     return entries;
   }
 
-  std::optional<FoundPlace> of_joints(const std::string& of, StartPlace::Block block,
-                                      const std::vector<std::string>& joints) {
+  std::optional<FoundPlace> of_joints(const std::string& of, StartPlace::Block block) {
+    const std::vector<std::string> joints = independent_joints(scene_.robot);
     FoundPlace found{StartPlace{block, {}}, {}, of};
     const bool is_q = block == StartPlace::Block::kPosition;
     std::get<StartPlace>(found.place).entries =

@@ -189,6 +189,8 @@ std::vector<GuessKnot> guess_knots(Task& task) {
   fill_free(model, from, to);
   passed.insert(passed.begin(), {0, from});
   passed.push_back({1, to});
+  const Ties ties = ties_of(task.scene);
+  for (GuessKnot& knot : passed) knot.q = ties.tied_q(knot.q);
   return passed;
 }
 
@@ -292,6 +294,10 @@ void compose_problem(Task& task, const std::vector<GuessKnot>& guess) {
   const bool begins_anywhere = task.start.array().isNaN().all();  // as phases behind others do
   if (!begins_anywhere) start_at(task.problem, task.scene, task.start.head(nq), task.start.tail(nv));
   end_at(task.problem, task.scene, task.goal.head(nq), task.goal.tail(nv));
+  for (const dynamics::MimicRule& rule : task.scene.mimics) {  // followers end where their leaders do
+    const auto& joint = task.scene.model.joints[std::size_t(task.scene.model.joint_index(rule.joint))];
+    task.problem.goal[joint.idx_q] = task.problem.goal[nq + joint.idx_v] = Problem::kFree;
+  }
   add_places(task.problem, task);
   add_costs(task.problem, task);
   if (task.gait) walk(task.problem, task.scene, task.robot.contacts, *task.gait, task.swing_weight);

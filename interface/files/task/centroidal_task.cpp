@@ -26,8 +26,11 @@ void read_stand(Section& file, TaskSpec& task, const dynamics::Model<double>* mo
   Section start = file.about("initial state of the robot").child("start");
   const std::optional<double> fallback =
       model && single_joint_names(*model).empty() ? std::optional(0.0) : std::nullopt;
-  const VectorXd joints = read_joint_values(start.about("joint positions [rad or m]"), "q", model, fallback);
-  VectorXd v = read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model, 0.0);
+  const std::vector<dynamics::MimicRule>& mimics = task.scene.mimics;
+  const VectorXd joints =
+      read_joint_values(start.about("joint positions [rad or m]"), "q", model, fallback, {}, {}, mimics);
+  VectorXd v =
+      read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model, 0.0, {}, {}, mimics);
   const BaseStart base = read_base(start);
   task.robot.contacts = read_contacts(file, model, Cones::kLimits);
   if (!model) return;
@@ -38,7 +41,8 @@ void read_stand(Section& file, TaskSpec& task, const dynamics::Model<double>* mo
   VectorXd q = configuration_of(*model, joints);
   place_base(base, q, v);
   task.start.resize(q.size() + v.size());
-  task.start << q, v;
+  const Ties ties = ties_of(task.scene);
+  task.start << ties.tied_q(q), ties.tied_v(v);
   if (task.robot.contacts.empty())
     file.child_or_empty("contacts")
         .problem("points", "'contacts.points' is missing; expected the links that stand on the floor");

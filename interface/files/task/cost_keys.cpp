@@ -12,11 +12,13 @@ using io::Section;
 
 namespace {
 
-void read_tracking(Section& tracking, const dynamics::Model<double>* model, TaskSpec::Costs& c) {
-  c.tracking_q =
-      read_joint_values(tracking.about("weight of positions"), "q", model, 0.0, io::not_negative());
-  c.tracking_v =
-      read_joint_values(tracking.about("weight of velocities"), "v", model, 0.0, io::not_negative());
+void read_tracking(Section& tracking, const std::vector<dynamics::MimicRule>& followers,
+                   const dynamics::Model<double>* model, TaskSpec::Costs& c) {
+  const auto weights = [&](Section& block, const char* key, const char* meaning) {
+    return read_joint_values(block.about(meaning), key, model, 0.0, io::not_negative(), {}, followers);
+  };
+  c.tracking_q = weights(tracking, "q", "weight of positions");
+  c.tracking_v = weights(tracking, "v", "weight of velocities");
   tracking.about("weight of the position of goal.frame [1/m^2]");
   c.tracking_position = tracking.get_or("position", 0.0, io::not_negative());
   tracking.about("weight of its orientation [1/rad^2]");
@@ -26,13 +28,13 @@ void read_tracking(Section& tracking, const dynamics::Model<double>* model, Task
   tracking.about("weight of its orientation [1/rad^2]");
   c.tracking_base_orientation = tracking.get_or("base_orientation", 0.0, io::not_negative());
   Section end = tracking.about("the same weights at the end only, not integrated").child_or_empty("end");
-  c.end_q = read_joint_values(end.about("weight of positions"), "q", model, 0.0, io::not_negative());
-  c.end_v = read_joint_values(end.about("weight of velocities"), "v", model, 0.0, io::not_negative());
+  c.end_q = weights(end, "q", "weight of positions");
+  c.end_v = weights(end, "v", "weight of velocities");
 }
 
 }  // namespace
 
-TaskSpec::Costs read_costs(Section& file, const dynamics::Model<double>* model) {
+TaskSpec::Costs read_costs(Section& file, const TaskSpec& task, const dynamics::Model<double>* model) {
   Section costs = file.about("weights of the costs, which are integrated over the motion").child("costs");
   TaskSpec::Costs c;
   Section tracking =
@@ -40,7 +42,7 @@ TaskSpec::Costs read_costs(Section& file, const dynamics::Model<double>* model) 
           .child_or_empty("tracking");
   for (const TaskCost& cost : task_costs())
     c.*cost.weight = costs.about(cost.meaning).get_or(cost.key, c.*cost.weight, io::not_negative());
-  read_tracking(tracking, model, c);
+  read_tracking(tracking, task.scene.mimics, model, c);
   return c;
 }
 

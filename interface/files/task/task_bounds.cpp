@@ -6,6 +6,7 @@
 
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/motion/tied/tied_joints.h>
 
 namespace dyntape {
 
@@ -87,6 +88,7 @@ void check_ends(const Task& task) {
 
 void bound_motion(Task& task) {
   add_bounds(task.problem, task);
+  tie_bounds(task.scene, task.problem.x);
   check_ends(task);
 }
 

@@ -20,6 +20,7 @@ class SpecCheck {
   std::vector<SpecFault> faults() {
     check_sizes();
     if (!faults_.empty()) return std::move(faults_);
+    check_followers();
     for (std::size_t k = 0; k < spec_.phases.size(); ++k) check_phase(k);
     check_what_phases_exclude();
     check_tracking();
@@ -52,6 +53,33 @@ class SpecCheck {
     const TaskSpec::Costs& c = spec_.costs;
     check_size("costs.tracking.q", c.tracking_q, nv), check_size("costs.tracking.v", c.tracking_v, nv);
     check_size("costs.tracking.end.q", c.end_q, nv), check_size("costs.tracking.end.v", c.end_v, nv);
+  }
+
+  // A follower is where its leader puts it, at both ends.
+  void check_followers() {
+    if (spec_.scene.mimics.empty()) return;
+    const Ties ties = ties_of(spec_.scene);
+    const auto& model = spec_.scene.model;
+    const VectorXd q = spec_.start.head(model.nq), v = spec_.start.tail(model.nv);
+    const VectorXd to_q = spec_.goal.head(model.nq), to_v = spec_.goal.tail(model.nv);
+    for (const dynamics::MimicRule& rule : spec_.scene.mimics) {
+      const auto& joint = model.joints[std::size_t(model.joint_index(rule.joint))];
+      const auto differs = [](double given, double tied) {
+        return !(std::abs(given - tied) <= 1e-9 * std::max(1.0, std::abs(tied)));
+      };
+      const double by_leader = ties.tied_q(q)[joint.idx_q];
+      if (std::isnan(by_leader))
+        refuse("start", "leaves joint '" + rule.leader + "' free, which '" + rule.joint +
+                            "' follows; expected its position");
+      else if (differs(q[joint.idx_q], by_leader) || differs(v[joint.idx_v], ties.tied_v(v)[joint.idx_v]))
+        refuse("start", "has joint '" + rule.joint + "' elsewhere than its leader '" + rule.leader +
+                            "' puts it; expected what that one gives it");
+      if (!std::isnan(to_q[joint.idx_q]) && differs(to_q[joint.idx_q], ties.tied_q(to_q)[joint.idx_q]))
+        refuse("goal", "has a position of its own for joint '" + rule.joint + "', which follows '" +
+                           rule.leader + "'; expected one for '" + rule.leader + "'");
+    }
+    if (spec_.periodic)
+      refuse("periodic", "is not for robots whose joints follow others; expected 'robot.mimic false'");
   }
 
   void check_phase(std::size_t k) {

@@ -138,8 +138,9 @@ void place_planar_joints(Section& end, End which, const RobotModel* model, Eigen
 
 // State at one end, at rest unless it says otherwise; joints named in `free` are left open, as all positions are where
 // a frame says where to.
-Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotModel* model) {
-  const std::vector<std::string> names = model ? single_joint_names(*model) : std::vector<std::string>{};
+Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotScene& scene,
+                         const RobotModel* model) {
+  const std::vector<std::string> names = model ? independent_joints(scene) : std::vector<std::string>{};
   const std::optional<double> fallback = model && names.empty() ? std::optional(0.0) : std::nullopt;
   std::vector<std::string> all = names;
   if (model) {
@@ -150,8 +151,9 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
       distinct_names(end.about("joints whose position and velocity are free"), "free", all);
   Eigen::VectorXd q, x;
   end.about("joint positions [rad or m]; not needed for free joints");
-  if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, fallback, {}, open);
-  const Eigen::VectorXd v = read_joint_values(end.about("joint velocities [rad/s or m/s]"), "v", model, 0.0);
+  if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, fallback, {}, open, scene.mimics);
+  const Eigen::VectorXd v =
+      read_joint_values(end.about("joint velocities [rad/s or m/s]"), "v", model, 0.0, {}, {}, scene.mimics);
   if (model) {
     x.resize(model->nq + model->nv);
     x << (q.size() ? configuration_of(*model, q) : dynamics::neutral(*model)), v;
@@ -162,17 +164,23 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
   for (const std::string& name : open)
     if (model && contains(all, name))  // else it is noted already
       leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);
+  if (model) {
+    const Ties ties = ties_of(scene);
+    const Eigen::VectorXd of_q = x.head(model->nq), of_v = x.tail(model->nv);
+    x << ties.tied_q(of_q), ties.tied_v(of_v);
+  }
   return x;
 }
 
 // The state at the end of a motion or a phase, or a frame's place in it.
 template <class Keys>
-void read_goal(Section& of, Keys& keys, const RobotModel* model, const char* meaning = "final state") {
+void read_goal(Section& of, Keys& keys, const RobotScene& scene, const RobotModel* model,
+               const char* meaning = "final state") {
   Section goal = of.about(meaning).child("goal");
   keys.target = read_frame_target(goal, model);
   if (keys.target && goal.has("q") && model)
     goal.problem("q", "'goal' has both 'frame' and 'q', expected one of them");
-  keys.goal = read_end(goal, End::kGoal, keys.target.has_value(), model);
+  keys.goal = read_end(goal, End::kGoal, keys.target.has_value(), scene, model);
 }
 
 // What does not hold over the whole motion; the phase's own goal is that of the task in the last one.
@@ -225,7 +233,7 @@ TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, c
     phase.problem("goal", "the last phase ends in the task's 'goal'; expected none of its own");
     return p;
   }
-  read_goal(phase, p, model);
+  read_goal(phase, p, task.scene, model);
   return p;
 }
 
@@ -397,28 +405,28 @@ void read_task_keys(Section& file, TaskSpec& task, const RobotModel* model) {
   task.floor = read_floor(file);
   read_continuation(file, task, model);
   Section start = file.about("initial state").child("start");
-  task.start = read_end(start, End::kStart, false, model);
+  task.start = read_end(start, End::kStart, false, task.scene, model);
   task.periodic = read_periodic(file, task, model);
   const bool has_goal = file.has("goal");
   if (has_goal || !(task.periodic || (model && (file.has("reference") || file.has("terms")))))
-    read_goal(file, task, model, "final state; may be absent if there is a reference or terms");
+    read_goal(file, task, task.scene, model, "final state; may be absent if there is a reference or terms");
   if (has_goal)
     task.has_soft_goal = file.child("goal")
                              .about("of method ddp: the goal is only a cost, the motion may end elsewhere")
                              .get_or("soft", false);
   read_phases(file, task, model);
   read_walk(file, task, model);
-  task.waypoints = read_waypoints(file, model);
-  task.reference = read_reference(file, task.file, task.free_time.has_value(), model);
+  task.waypoints = read_waypoints(file, task.scene, model);
+  task.reference = read_reference(file, task.file, task.free_time.has_value(), task.scene, model);
   task.around = read_surroundings(file, model);
   task.guess = read_guess(file);
-  task.costs = read_costs(file, model);
+  task.costs = read_costs(file, task, model);
   task.terms = read_terms(file, task, model);
   task.bounds = read_limits(file);
   note_ddp_keys(file, task);
   read_output(file, task, model);
   task.models = read_model_settings(file);
-  task.control = read_control(file, [model](Section& push) { return read_hit(push, model); });
+  task.control = read_control(file, [&task, model](Section& push) { return read_hit(push, task, model); });
   read_plant(file, task, model);
   read_demands(file, task.demands, task.simulated != nullptr, model == nullptr);
   if (file.about("a known optimum, which is compared with the result").has("expected")) {

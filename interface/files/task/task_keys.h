@@ -43,7 +43,8 @@ std::optional<Gait> read_gait(io::Section& file, Eigen::Index feet, const dynami
 
 // The same for a task, and the part of the block `mpc` for robots with joints (control_keys.cpp).
 void read_walk(io::Section& file, TaskSpec& spec, const dynamics::Model<double>* model);
-TaskSpec::Control::Disturbance read_hit(io::Section& push, const dynamics::Model<double>* model);
+TaskSpec::Control::Disturbance read_hit(io::Section& push, const TaskSpec& spec,
+                                        const dynamics::Model<double>* model);
 void read_plant(io::Section& file, TaskSpec& spec, const dynamics::Model<double>* model);
 
 // The blocks `solver` and `contact_implicit`; notes values that the method ddp does not have (method_keys.cpp).
@@ -56,7 +57,7 @@ std::optional<TaskSpec::Periodic> read_periodic(io::Section& file, const TaskSpe
                                                 const dynamics::Model<double>* model);
 
 // The block `costs` (cost_keys.cpp).
-TaskSpec::Costs read_costs(io::Section& file, const dynamics::Model<double>* model);
+TaskSpec::Costs read_costs(io::Section& file, const TaskSpec& spec, const dynamics::Model<double>* model);
 
 // All keys of a task file, in the order of reading.
 std::vector<io::Question> task_questions();

@@ -49,7 +49,7 @@ void take_table(const std::string& path, const RobotModel& model, ReferenceMotio
 
 }  // namespace
 
-std::vector<TaskWaypoint> read_waypoints(Section& file, const RobotModel* model) {
+std::vector<TaskWaypoint> read_waypoints(Section& file, const RobotScene& scene, const RobotModel* model) {
   if (!file.about("states or poses that the motion passes").has("waypoints")) return {};
   Section list = file.child("waypoints");
   std::vector<TaskWaypoint> waypoints;
@@ -65,7 +65,7 @@ std::vector<TaskWaypoint> read_waypoints(Section& file, const RobotModel* model)
     if (!model) {
       block.defer("q", "numbers by joint", "");
     } else if (!has_frame || block.has("q")) {
-      w.q = read_joint_values(block, "q", model, std::nullopt);
+      w.q = read_joint_values(block, "q", model, std::nullopt, {}, {}, scene.mimics);
       if (has_frame)
         block.problem("q", "'" + block.path() + "' has both 'frame' and 'q', expected one of them");
     }
@@ -89,7 +89,10 @@ Term term_of(const TaskWaypoint& waypoint, const RobotScene& scene) {
   if (waypoint.target)
     return at_fraction(waypoint.at, path_equality(name, frame_error(scene, *waypoint.target)));
   const StageFunction off = configuration_error(scene, configuration_of(scene.model, waypoint.q));
-  return at_fraction(waypoint.at, path_equality(name, entries_of(off, single_dofs(scene.model))));
+  std::vector<int> dofs;
+  for (const std::string& joint : independent_joints(scene))
+    dofs.push_back(scene.model.joints[std::size_t(scene.model.joint_index(joint))].idx_v);
+  return at_fraction(waypoint.at, path_equality(name, entries_of(off, dofs)));
 }
 
 VectorXd ReferenceMotion::at(double time) const {
@@ -102,7 +105,7 @@ VectorXd ReferenceMotion::at(double time) const {
 }
 
 std::optional<ReferenceMotion> read_reference(Section& file, const std::string& task_file, bool is_free_time,
-                                              const RobotModel* model) {
+                                              const RobotScene& scene, const RobotModel* model) {
   if (!file.about("a motion to follow").has("reference")) return {};
   Section block = file.child("reference");
   ReferenceMotion reference;
@@ -112,9 +115,9 @@ std::optional<ReferenceMotion> read_reference(Section& file, const std::string& 
                                    "writes it; relative to the folder of this file")
                                .get<std::string>("file");
   const VectorXd w_q = read_joint_values(block.about("weights of the squared position errors"), "q", model,
-                                         0.0, io::not_negative());
+                                         0.0, io::not_negative(), {}, scene.mimics);
   const VectorXd w_v = read_joint_values(block.about("weights of the squared velocity errors"), "v", model,
-                                         0.0, io::not_negative());
+                                         0.0, io::not_negative(), {}, scene.mimics);
   if (!model || name.empty()) return {};
   if (!is_on_lines(*model)) {
     block.problem(

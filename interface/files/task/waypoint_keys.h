@@ -10,7 +10,7 @@
 //   }
 //   reference { file motion.csv  q 10  v 1 }      ; followed at its own times, from t = 0 on
 //
-//   const std::vector<TaskWaypoint> waypoints = read_waypoints(file, model);
+//   const std::vector<TaskWaypoint> waypoints = read_waypoints(file, scene, model);
 //   for (const TaskWaypoint& w : waypoints) problem.add(term_of(w, scene));
 //
 // A reference is a table in the format of solve and simulate: an increasing column t (s), then q.<joint> and
@@ -30,12 +30,14 @@
 
 namespace dyntape {
 
-std::vector<TaskWaypoint> read_waypoints(io::Section& file,
-                                         const dynamics::Model<double>* model);  // in the order of time
+// In the order of time.
+std::vector<TaskWaypoint> read_waypoints(io::Section& file, const RobotScene& scene,
+                                         const dynamics::Model<double>* model);
 Term term_of(const TaskWaypoint& waypoint, const RobotScene& scene);
 
 std::optional<ReferenceMotion> read_reference(io::Section& file, const std::string& task_file,
-                                              bool is_free_time, const dynamics::Model<double>* model);
+                                              bool is_free_time, const RobotScene& scene,
+                                              const dynamics::Model<double>* model);
 // Adds the term and its parameter to the problem.
 void follow(Problem& problem, const ReferenceMotion& reference);
 

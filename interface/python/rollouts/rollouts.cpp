@@ -177,7 +177,7 @@ WorldSlopes roll_world(SceneRollout& steps, const Plan& plan, std::size_t world,
   LawSlopes of_law;
   const auto law = [&](long k, const double* x) -> const double* {
     if (!plan.policy) return plan.command(world, static_cast<std::size_t>(k), static_cast<std::size_t>(n_u));
-    plan.policy->derivatives(steps.scene().robot.model, x, world, of_law);
+    plan.policy->derivatives(steps.state_model(), x, world, of_law);
     slopes.by_x.middleRows(k * n_u, n_u) = of_law.by_x;
     slopes.by_p.middleRows(k * n_u, n_u) = of_law.by_p;
     return of_law.u.data();

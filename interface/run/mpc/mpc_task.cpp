@@ -121,6 +121,7 @@ Eigen::VectorXd struck(const RobotScene& scene, const Eigen::VectorXd& q, const 
                        const Eigen::Vector3d& impulse) {
   const dynamics::Model<double> model = dynamics::acting_model(scene.model, scene.effects);
   dynamics::Data<double> data(model);
+  data.following = ties_of(scene).following<double>();
   dynamics::WrenchTorques<double> torques(model);
   std::vector<dynamics::Wrench<double>> push = {
       dynamics::wrench_at_frame<double>(model, moving_frame(model, frame), dynamics::FixedIn::kWorld, {})};

@@ -132,7 +132,7 @@ PolicyGradient PolicyRollout::gradient(const MatrixXd& x0, const MatrixXd& p, in
     WorldSlopes slopes(steps, n_t, n_u, made.n_p);
     LawSlopes of_law;
     const auto law = [&](long k, const double* x) {
-      law_slopes(*made.derivatives, *workspace, made.rollout.scene().robot.model,
+      law_slopes(*made.derivatives, *workspace, made.rollout.state_model(),
                  {x, made.parameters(p, task), std::size_t(x0.rows()), std::size_t(made.n_p)}, of_law);
       slopes.by_x.middleRows(k * n_u, n_u) = of_law.by_x;
       slopes.by_p.middleRows(k * n_u, n_u) = of_law.by_p;

@@ -93,6 +93,26 @@ struct LinearSteps {
   bool goes_on = true;
 };
 
+// States (q, v, motors with a lag) of all joints, and of the independent ones.
+struct TiedStates {
+  VectorXd all(const VectorXd& own) const {
+    const auto nq = Index(ties.q_owners.size()), nv = Index(ties.v_owners.size());
+    return joined(ties.all_q(VectorXd(own.head(nq))), ties.all_v(VectorXd(own.segment(nq, nv))),
+                  own.tail(own.size() - nq - nv));
+  }
+  VectorXd own(const VectorXd& all) const {
+    const auto nq = Index(ties.q.size()), nv = Index(ties.v.size());
+    return joined(ties.own_q(VectorXd(all.head(nq))), ties.own_v(VectorXd(all.segment(nq, nv))),
+                  all.tail(all.size() - nq - nv));
+  }
+  static VectorXd joined(const VectorXd& q, const VectorXd& v, const VectorXd& motors) {
+    VectorXd x(q.size() + v.size() + motors.size());
+    x << q, v, motors;
+    return x;
+  }
+  const Ties& ties;
+};
+
 }  // namespace
 
 WorldGradient gradient_of(const WorldSlopes& s, const CostSlopes& by_x, const CostSlopes& by_u,
@@ -114,58 +134,74 @@ WorldGradient gradient_of(const WorldSlopes& s, const CostSlopes& by_x, const Co
 }
 
 SceneRollout::SceneRollout(const Scene& scene, bool with_jacobians, const std::stop_token& stop)
-    : scene_(scene), options_(options_of_rollout(scene, stop)) {
+    : scene_(scene),
+      state_model_(independent_model(scene.robot)),
+      ties_(ties_of(scene.robot)),
+      options_(options_of_rollout(scene, stop)) {
+  const auto take_sizes = [this](int nv, const Stepper& stepper) {
+    const int lagged = stepper.nt() - 2 * nv;
+    n_x_ = state_model_.nq + state_model_.nv + lagged, n_t_ = 2 * state_model_.nv + lagged;
+    n_u_ = stepper.n_u();
+  };
   if (with_jacobians) {
     check_has_derivatives(scene_);
-    const auto stepper = linear_.take([&] { return linear_stepper(); });
-    n_x_ = stepper->nx(), n_t_ = stepper->nt(), n_u_ = stepper->n_u();
-    return;
+    take_sizes(state_model_.nv, *linear_.take([&] { return std::make_unique<Stepper>(stepper_of(true)); }));
+  } else if (scene_.robot.constraints.rigid.empty()) {
+    first_free_ = std::make_unique<Stepper>(stepper_of(false));
+    take_sizes(state_model_.nv, *first_free_);
+  } else {
+    first_rigid_ =
+        std::make_unique<RobotStepper>(scene_.robot, scene_.integrator, options_, scene_.tolerances);
+    take_sizes(scene_.robot.model.nv, first_rigid_->stepper());
   }
-  first_ = std::make_unique<RobotStepper>(scene_.robot, scene_.integrator, options_, scene_.tolerances);
-  const Stepper& stepper = first_->stepper();
-  n_x_ = stepper.nx(), n_t_ = stepper.nt(), n_u_ = stepper.n_u();
 }
 
-std::unique_ptr<Stepper> SceneRollout::linear_stepper() const {
-  return std::make_unique<Stepper>(system_of(scene_.robot), scene_.integrator, options_, true, 1,
-                                   scene_.tolerances);
+Stepper SceneRollout::stepper_of(bool with_jacobians) const {
+  return {
+      independent_system_of(scene_.robot), scene_.integrator, options_, with_jacobians, 1, scene_.tolerances};
 }
 
 void SceneRollout::in_parts(std::size_t worlds,
                             const std::function<void(std::size_t, std::size_t)>& part) const {
   constexpr std::size_t kWorlds = 16;  // of a thread at a time: a multiple of all lanes
-  const bool alone = !first_ || !scene_.robot.constraints.rigid.empty();
-  const std::size_t most = alone ? 1 : kWorlds;
+  const std::size_t most = first_free_ ? kWorlds : 1;
   codegen::run_tasks((worlds + most - 1) / most,
                      [&](std::size_t k) { part(k * most, std::min(most, worlds - k * most)); });
 }
 
 void SceneRollout::run(const WorldRows& starts, long steps, const Law& law, double* states,
                        const std::stop_token& stop) {
-  const auto motion = steppers_.take([&] { return first_->twin(); });
-  const std::size_t of_world = std::size_t(n_x_) * std::size_t(steps);
   const StepRange range{.to = steps, .h = scene_.step};
-  if (!motion->rigid()) {
-    RowSteps rows{motion->stepper(), starts, states, of_world};
-    dyntape::run(
-        rows, range, [&](const StepTime& s) { return law(s.k, rows.at); }, UntilStopped{stop});
-    return;
-  }
-  VectorXd u(n_u_);
+  if (first_rigid_) return run_rigid(starts, range, law, states, stop);
+  const auto stepper = free_.take([&] { return std::make_unique<Stepper>(first_free_->twin()); });
+  RowSteps rows{*stepper, starts, states, std::size_t(n_x_) * std::size_t(steps)};
+  dyntape::run(
+      rows, range, [&](const StepTime& s) { return law(s.k, rows.at); }, UntilStopped{stop});
+}
+
+void SceneRollout::run_rigid(const WorldRows& starts, const StepRange& range, const Law& law, double* states,
+                             const std::stop_token& stop) {
+  const auto motion = rigid_.take([&] { return first_rigid_->twin(); });
+  const long steps = range.to;
+  const std::size_t of_world = std::size_t(n_x_) * std::size_t(steps);
+  const TiedStates tied{ties_};
+  VectorXd u(n_u_), own(n_x_);
   const auto commands = [&](std::size_t world) {
     return [&, world](const StepTime& s) -> const VectorXd& {
-      u = VectorXd::Map(law(s.k, {starts.first + world, 1, motion->x().data(), 0}).u, n_u_);
+      own = tied.own(motion->x());
+      u = VectorXd::Map(law(s.k, {starts.first + world, 1, own.data(), 0}).u, n_u_);
       return u;
     };
   };
   for (std::size_t world = 0; world < starts.count; ++world) {
     auto of_world_states = MatrixXd::Map(states + world * of_world, n_x_, steps);
     struct Keep {
-      void after(const StepTime& s, const VectorXd&) { states.col(s.k) = motion.next(); }
+      void after(const StepTime& s, const VectorXd&) { states.col(s.k) = tied.own(motion.next()); }
       Eigen::Map<MatrixXd>& states;
       const RobotStepper& motion;
-    } keep{of_world_states, *motion};
-    const VectorXd start = VectorXd::Map(starts.x + world * starts.stride, n_x_);
+      const TiedStates& tied;
+    } keep{of_world_states, *motion, tied};
+    const VectorXd start = tied.all(VectorXd::Map(starts.x + world * starts.stride, n_x_));
     if (!start.allFinite()) {
       of_world_states.setConstant(kDiverged);
       continue;
@@ -182,7 +218,7 @@ void SceneRollout::run(const WorldRows& starts, long steps, const Law& law, doub
 
 void SceneRollout::run(const double* start, long steps, const LawOfOne& law, double* states,
                        WorldSlopes& slopes, const std::stop_token& stop) {
-  const auto stepper = linear_.take([&] { return linear_stepper(); });
+  const auto stepper = linear_.take([&] { return std::make_unique<Stepper>(stepper_of(true)); });
   LinearSteps motion(*stepper, start, states, slopes);
   const double* u = nullptr;
   const auto commands = [&](const StepTime& s) {

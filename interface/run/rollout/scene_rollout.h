@@ -11,7 +11,8 @@
 //   linear.run(x0, steps, law, states, slopes);                              // one world
 //   const WorldGradient g = gradient_of(slopes, by_x, by_u);
 //
-// States are x = (q, v, motors with a lag); steps are those of the scene's file, without a sample grid; commands are
+// States are x = (q, v, motors with a lag) of the independent joints (tied_system.h).
+// Steps are those of the scene's file, without a sample grid; commands are
 // held over a step.  If a world has no step, its states are NaN from there on, and so are its derivatives; others
 // continue.  Explicit schemes run several worlds in a register.  With rigid contacts or stops each world runs alone
 // (robot_stepper.h).
@@ -27,6 +28,7 @@
 #include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/robot/workspace_pool.h>
 #include <dyntape/interface/system/rigid/robot_stepper.h>
+#include <dyntape/interface/system/tied_system.h>
 
 namespace dyntape {
 
@@ -71,6 +73,7 @@ class SceneRollout {
   SceneRollout(const Scene& scene, bool with_jacobians, const std::stop_token& stop = {});
 
   const Scene& scene() const { return scene_; }
+  const dynamics::Model<double>& state_model() const { return state_model_; }
   int n_x() const { return n_x_; }
   int n_t() const { return n_t_; }
   int n_u() const { return n_u_; }
@@ -90,14 +93,20 @@ class SceneRollout {
            const std::stop_token& stop = {});
 
  private:
-  std::unique_ptr<Stepper> linear_stepper() const;
+  Stepper stepper_of(bool with_jacobians) const;
+  void run_rigid(const WorldRows& starts, const StepRange& range, const Law& law, double* states,
+                 const std::stop_token& stop);
 
   const Scene scene_;
+  const dynamics::Model<double> state_model_;
+  const Ties ties_;
   const CodegenOptions options_;
   int n_x_, n_t_, n_u_;
-  std::unique_ptr<const RobotStepper> first_;  // without Jacobians
-  detail::WorkspacePool<RobotStepper> steppers_;
-  detail::WorkspacePool<Stepper> linear_;
+  // Without Jacobians: rigid contacts or stops, or neither.
+  std::unique_ptr<const RobotStepper> first_rigid_;
+  std::unique_ptr<const Stepper> first_free_;
+  detail::WorkspacePool<RobotStepper> rigid_;
+  detail::WorkspacePool<Stepper> free_, linear_;
 };
 
 }  // namespace dyntape

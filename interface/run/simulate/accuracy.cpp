@@ -89,6 +89,9 @@ VectorXd nearby(const Scene& scene, const VectorXd& x) {
   moved.head(model.nq) = dynamics::integrate<double>(model, VectorXd(x.head(model.nq)),
                                                      VectorXd(VectorXd::Constant(model.nv, kNearby)));
   moved.segment(model.nq, model.nv).array() += kNearby;
+  const Ties ties = ties_of(scene.robot);
+  moved.head(model.nq) = ties.tied_q(VectorXd(moved.head(model.nq)));
+  moved.segment(model.nq, model.nv) = ties.tied_v(VectorXd(moved.segment(model.nq, model.nv)));
   return moved;
 }
 

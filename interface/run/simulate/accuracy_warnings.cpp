@@ -15,6 +15,7 @@ using Eigen::VectorXd;
 std::string trouble_at_turns(const Scene& scene, double t, const VectorXd& x) {
   const dynamics::Model<double>& model = scene.robot.model;
   dynamics::Data<double> data(model);
+  data.following = ties_of(scene.robot).following<double>();
   dynamics::EffectTorques<double> torques(model);
   const VectorXd q = x.head(model.nq);
   const VectorXd tau =

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <chrono>
 
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/robot_functions.h>
+#include <dyntape/interface/system/tied_system.h>
 
 namespace dyntape {
 
@@ -35,6 +37,18 @@ double seconds_of(const CompiledFunction& f, Order order) {
   return least / count;
 }
 
+// Without loops and contacts; with mimic joints those of the independent joints.
+Function accelerations_of(RobotScene scene) {
+  if (scene.mimics.empty()) return record_forward_dynamics(scene.model, scene.effects);
+  scene.constraints = {};
+  const System system = independent_system_of(scene);
+  const int nq = system.model.nq, nv = system.model.nv;
+  return record(scene.model.name + "_accelerations", std::size_t(nq + nv + system.n_u), 0,
+                [&](const VectorXad& x, const VectorXad&) {
+                  return system.acceleration({0, x.head(nq), x.segment(nq, nv), x.tail(system.n_u), {}});
+                });
+}
+
 FunctionCost operator-(const FunctionCost& a, const FunctionCost& b) {
   const auto less = [](const Cost& x, const Cost& y) {
     return Cost{x.operations - y.operations, x.seconds - y.seconds};
@@ -56,7 +70,7 @@ FunctionCost scene_cost(const RobotScene& scene, const CodegenOptions& options, 
   CodegenOptions how = options;
   how.order = Order::kFirst;
   if (!measured) how.route = Route::kInterpreter;
-  const Function f = record_forward_dynamics(scene.model, scene.effects);
+  const Function f = accelerations_of(scene);
   const CompiledFunction ready = CompiledFunction::make(f, how);
   FunctionCost cost;
   cost.value.operations = long(ready.operations(Order::kValue));
@@ -88,7 +102,8 @@ std::string robot_text(const RobotScene& scene, const std::string& urdf,
                        const std::vector<std::string>& notes) {
   double mass = 0;
   for (const auto& inertia : scene.model.inertias) mass += inertia.mass;
-  std::string text = "Robot \"" + scene.model.name + "\" (" + urdf + "): " + std::to_string(scene.model.nv) +
+  const int independent = scene.model.nv - int(scene.mimics.size());
+  std::string text = "Robot \"" + scene.model.name + "\" (" + urdf + "): " + std::to_string(independent) +
                      " degrees of freedom, " + std::to_string(actuated_dofs(scene).size()) + " driven, " +
                      io::significant(mass, 6) + " kg moving, " +
                      (floats(scene.model) ? "floating" : "fixed") + " base\n";

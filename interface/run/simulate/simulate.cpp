@@ -166,7 +166,8 @@ std::string doubt_of_loops(const Scene& scene, const SimulatedMotion& motion) {
 void check_start(const Scene& scene) {
   if (!scene.q.allFinite() || !scene.v.allFinite())
     throw ArgumentError("scene \"" + scene.name + "\": the state at the start is not finite");
-  dynamics::check_forward_dynamics(scene.robot.model, scene.robot.effects.acting());
+  if (scene.robot.mimics.empty())  // the inertia of a follower may be that of its leader
+    dynamics::check_forward_dynamics(scene.robot.model, scene.robot.effects.acting());
   const std::string trouble = stability_trouble(scene, scene.q, scene.v);
   if (!trouble.empty()) throw ArgumentError("scene \"" + scene.name + "\", at the start: " + trouble);
 }

@@ -79,6 +79,7 @@ std::string too_fast_mode(const Scene& scene, const Eigen::MatrixXd& A) {
 
 LinearMotion linear_motion(const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
   dynamics::Data<double> data(scene.model);
+  data.following = ties_of(scene).following<double>();
   dynamics::EffectTorques<double> torques(scene.model);
   const Eigen::Index n = scene.model.nv;
   const Eigen::VectorXd tau = Eigen::VectorXd::Zero(n);

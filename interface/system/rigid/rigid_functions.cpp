@@ -40,10 +40,11 @@ Function record_near(const EditedScene& edited) {
 }
 
 // M^-1, or the part of it that leaves the loops closed.
-MatrixXad response_to_torques(const SceneConstraints& constraints, const RecordedScene& now,
+MatrixXad response_to_torques(const SceneConstraints& constraints, const Ties& ties, const RecordedScene& now,
                               const VectorXad& q) {
   const auto& [model, effects] = now;
   Data<AD> data(model);
+  data.following = ties.following<AD>();
   if (constraints.loops.empty()) return dynamics::minverse<AD>(model, data, q, effects.acting());
   dynamics::ConstraintData<AD> loops(model, loops_of<AD>(constraints));
   const VectorXad still = VectorXad::Constant(model.nv, AD(0));
@@ -59,11 +60,12 @@ MatrixXad response_to_torques(const SceneConstraints& constraints, const Recorde
 
 Function record_response(const EditedScene& edited) {
   const RobotScene& scene = edited.scene;
+  const Ties ties = ties_of(scene);
   const auto response = [&](const VectorXad& q, const VectorXad& p) {
     const RecordedScene now = edited.at(p);
     Data<AD> data(now.model);
     const MatrixXad J = dynamics::unilateral_rows<AD>(now.model, data, scene.constraints.rigid, q).J;
-    const MatrixXad W = response_to_torques(scene.constraints, now, q);
+    const MatrixXad W = response_to_torques(scene.constraints, ties, now, q);
     VectorXad y(J.size() + W.size());
     y << J.reshaped(), W.reshaped();
     return y;

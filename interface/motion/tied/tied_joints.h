@@ -2,29 +2,31 @@
 //
 // Problems of a robot whose mimic joints follow their leaders: states have the other joints only.
 //
-//   const TiedJoints tied(scene, rules);
-//   Problem p = tied.shortened(detail::tied_problem(scene, options, rules));
+//   const TiedJoints tied(scene);                                    // with scene.mimics
+//   Problem p = tied.shortened(robot_problem(scene, options));
 //   p.add(tied.of_all(keep_clear(scene, body, obstacle)));           // a term of the scene's model
 //
-// With q_all = expand(q), v_all = G v (dynamics/algorithms/mimic.h), a function of the stage of all joints is one of the short
-// stage.  Residuals of inverse dynamics are G^T of those of all joints.
+// With q_all = expand(q), v_all = G v (robot_scene.h), a function of the stage of all joints is one of the short
+// stage.
 #pragma once
 
 #include <functional>
 #include <string>
 
-#include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/interface/control/problem/problem.h>
 #include <dyntape/interface/robot/robot_scene.h>
 
-namespace dyntape::python {
+namespace dyntape {
+
+// Bounds of the states of all joints: a leader keeps those of its followers too, which then have none.
+void tie_bounds(const RobotScene& scene, Bounds& x);
 
 class TiedJoints {
  public:
-  TiedJoints(const RobotScene& scene, const std::vector<dynamics::MimicRule>& rules);
+  explicit TiedJoints(const RobotScene& scene);
 
-  int nq() const { return tied_.nq; }
-  int nv() const { return tied_.nv; }
+  int nq() const { return int(ties_.q_owners.size()); }
+  int nv() const { return int(ties_.v_owners.size()); }
 
   Problem shortened(const Problem& all) const;
   StageFunction of_all(const StageFunction& function) const;
@@ -38,17 +40,12 @@ class TiedJoints {
   // Bounds of states that `set` makes for all joints: a leader keeps those of its followers too.
   void set_bounds(Problem& problem, const std::function<void(Problem& all)>& set) const;
 
-  // Joints of one degree of freedom that follow no other.
-  std::vector<std::string> leaders() const;
-  // ArgumentError for a joint among these that follows another.
-  void check_driven(const std::vector<std::string>& driven) const;
-
  private:
   Problem of_all_joints() const;
   Eigen::VectorXd own_x(const Eigen::VectorXd& all) const;
 
   RobotScene scene_;
-  dynamics::MimicModel<double> tied_;
+  Ties ties_;
 };
 
-}  // namespace dyntape::python
+}  // namespace dyntape

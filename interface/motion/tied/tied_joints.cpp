@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/motion/tied/tied_joints.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace dyntape {
+namespace {
+
+using dynamics::FollowedEntry;
+using dynamics::VectorX;
+using Eigen::VectorXd;
+
+// The stage of all joints.
+template <class T>
+Stage<T> stage_of_all(const Ties& ties, const Stage<T>& s) {
+  const auto nq = Eigen::Index(ties.q_owners.size()), nv = Eigen::Index(ties.v_owners.size());
+  const VectorX<T> q = s.x.head(nq), v = s.x.segment(nq, nv);
+  Stage<T> all{s.t, VectorX<T>(Eigen::Index(ties.q.size() + ties.v.size())), s.a, s.u, s.p};
+  all.x << ties.all_q(q), ties.all_v(v);
+  if (s.a.size() > 0) all.a = ties.all_v(s.a);
+  return all;
+}
+
+template <class T>
+VectorX<T> own_state(const Ties& ties, const VectorX<T>& all) {
+  const VectorX<T> q = all.head(Eigen::Index(ties.q.size())), v = all.tail(Eigen::Index(ties.v.size()));
+  VectorX<T> own(Eigen::Index(ties.q_owners.size() + ties.v_owners.size()));
+  own << ties.own_q(q), ties.own_v(v);
+  return own;
+}
+
+std::vector<std::string> names_at(const std::vector<int>& where, const std::vector<std::string>& all,
+                                  int first = 0) {
+  std::vector<std::string> names;
+  for (int k : where) names.push_back(all[std::size_t(first + k)]);
+  return names;
+}
+
+// The bounds lower <= factor x + offset <= upper as bounds of x.
+void narrow(double& low, double& high, const FollowedEntry& entry, double lower, double upper) {
+  if (entry.is != FollowedEntry::Is::kNumber || entry.factor == 0) return;
+  const double a = (lower - entry.offset) / entry.factor, b = (upper - entry.offset) / entry.factor;
+  low = std::max(low, std::min(a, b));
+  high = std::min(high, std::max(a, b));
+}
+
+}  // namespace
+
+void tie_bounds(const RobotScene& scene, Bounds& x) {
+  const Ties ties = ties_of(scene);
+  const auto tie = [&](const std::vector<FollowedEntry>& entries, const std::vector<int>& owners, int first) {
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+      const int leader = first + owners[std::size_t(entries[k].index)], own = first + int(k);
+      if (leader == own) continue;
+      narrow(x.lower[leader], x.upper[leader], entries[k], x.lower[own], x.upper[own]);
+      x.lower[own] = -HUGE_VAL, x.upper[own] = HUGE_VAL;
+    }
+  };
+  tie(ties.q, ties.q_owners, 0);
+  tie(ties.v, ties.v_owners, scene.model.nq);
+}
+
+TiedJoints::TiedJoints(const RobotScene& scene) : scene_(scene), ties_(ties_of(scene)) {}
+
+StageFunction TiedJoints::of_all(const StageFunction& function) const {
+  return [function, ties = ties_](const auto& s) { return function(stage_of_all(ties, s)); };
+}
+
+Term TiedJoints::of_all(Term term) const {
+  term.function = of_all(term.function);
+  if (!term.curvature.empty()) term.curvature = of_all(term.curvature);
+  return term;
+}
+
+VectorXd TiedJoints::all_q(const VectorXd& q) const { return ties_.all_q(q); }
+VectorXd TiedJoints::all_v(const VectorXd& v) const { return ties_.all_v(v); }
+VectorXd TiedJoints::own_q(const VectorXd& all) const { return ties_.own_q(all); }
+VectorXd TiedJoints::own_x(const VectorXd& all) const { return own_state(ties_, all); }
+
+Problem TiedJoints::shortened(const Problem& all) const {
+  const auto own_rows = [this](const StageFunction& f) -> StageFunction {
+    return [f, ties = ties_](const auto& s) { return own_state(ties, f(stage_of_all(ties, s))); };
+  };
+  std::vector<std::string> states = names_at(ties_.q_owners, all.states);
+  for (const std::string& name : names_at(ties_.v_owners, all.states, scene_.model.nq))
+    states.push_back(name);
+  Problem own(all.name, states, all.controls, all.duration, own_rows(all.rate));
+  if (!all.residual.empty()) {
+    const auto residual = [f = all.residual, ties = ties_](const auto& s) {
+      return ties.own_v(f(stage_of_all(ties, s)));
+    };
+    own.use_accelerations(names_at(ties_.v_owners, all.accelerations), residual, own_rows(all.ode));
+  }
+  own.positions = nq();
+  own.u = all.u;
+  if (all.typical.size() > 0) own.typical = own_x(all.typical);
+  if (all.most_typical.size() > 0) own.most_typical = own_x(all.most_typical);
+  if (all.difference) {
+    own.difference = [f = all.difference, *this](const VectorXd& from, const VectorXd& x) {
+      const auto whole = [this](const VectorXd& of) {
+        return stage_of_all<double>(ties_, {0, of, {}, {}, {}}).x;
+      };
+      return own_x(f(whole(from), whole(x)));
+    };
+  }
+  return own;
+}
+
+Problem TiedJoints::of_all_joints() const {
+  const int n = scene_.model.nq + scene_.model.nv;
+  return Problem("", std::vector<std::string>(std::size_t(n)), {}, 1, [](const auto& s) { return s.x; });
+}
+
+void TiedJoints::set_ends(Problem& problem, const std::function<void(Problem&)>& set) const {
+  Problem all = of_all_joints();
+  all.start.setConstant(Problem::kFree), all.goal.setConstant(Problem::kFree);
+  set(all);
+  if (!all.start.array().isNaN().all()) problem.start = own_x(all.start);
+  if (!all.goal.array().isNaN().all()) problem.goal = own_x(all.goal);
+  for (const Term& term : all.terms) {
+    const auto is_of = [&](const auto& rule) { return term.name == "goal of " + rule.joint; };
+    if (std::none_of(scene_.mimics.begin(), scene_.mimics.end(), is_of)) problem.add(of_all(term));
+  }
+}
+
+void TiedJoints::set_bounds(Problem& problem, const std::function<void(Problem&)>& set) const {
+  Problem all = of_all_joints();
+  set(all);
+  tie_bounds(scene_, all.x);
+  problem.x.lower = problem.x.lower.cwiseMax(own_x(all.x.lower));
+  problem.x.upper = problem.x.upper.cwiseMin(own_x(all.x.upper));
+}
+
+}  // namespace dyntape
