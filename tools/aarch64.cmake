@@ -20,4 +20,7 @@ set(ENV{PKG_CONFIG_SYSROOT_DIR} ${CMAKE_SYSROOT})
 set(ENV{PKG_CONFIG_LIBDIR} ${CMAKE_SYSROOT}/usr/lib/aarch64-linux-gnu/pkgconfig:${CMAKE_SYSROOT}/usr/lib/pkgconfig:${CMAKE_SYSROOT}/usr/share/pkgconfig)
 # The host's compiler wrappers of MPI name the host's libraries.
 set(CMAKE_DISABLE_FIND_PACKAGE_MPI ON)
+# The arm64 packages' Python, emulated, asked as any other; modules that it needs stand in usr/local/lib/python3.11/dist-packages (tools/package).
+set(Python_EXECUTABLE ${CMAKE_SYSROOT}/python CACHE FILEPATH "Python of the processor that is compiled for")
+set(Python_INCLUDE_DIR ${CMAKE_SYSROOT}/usr/include/python3.11 CACHE PATH "Its headers")
 set(CMAKE_CROSSCOMPILING_EMULATOR ${CMAKE_COMMAND} -E env DYNTAPE_SYSROOT=${CMAKE_SYSROOT} ${CMAKE_CURRENT_LIST_DIR}/aarch64_run)

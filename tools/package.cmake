@@ -10,11 +10,18 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_COMPRESSION_TYPE zstd)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+if(CMAKE_CROSSCOMPILING)
+  set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_SYSROOT}/lib/aarch64-linux-gnu ${CMAKE_SYSROOT}/usr/lib/aarch64-linux-gnu ${CMAKE_SYSROOT}/usr/lib)
+endif()
 set(CPACK_DEBIAN_PACKAGE_DEPENDS gnuplot-nox)  # draws pictures
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gcc, libc6-dev")  # without them functions stay machine code, which needs no compiler
 # What the headers include and find_package(dyntape) asks for.
 set(suggested g++ cmake pkg-config libeigen3-dev libboost-dev nlohmann-json3-dev liburdfdom-dev libtinyxml2-dev coinor-libipopt-dev libassimp-dev
-  libsleef-dev libsundials-dev libxxhash-dev libxbyak-dev)
+  libsleef-dev libsundials-dev libxxhash-dev)
+if(NOT CMAKE_CROSSCOMPILING)
+  list(APPEND suggested libxbyak-dev)
+endif()
 if(DYNTAPE_SUITESPARSE)
   list(APPEND suggested libsuitesparse-dev)
 endif()
