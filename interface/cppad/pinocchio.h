@@ -20,7 +20,11 @@
 
 #include <dyntape/interface/cppad/cppad.h>
 
+#if __has_include(<pinocchio/math.hpp>)
 #include <pinocchio/math.hpp>
+#else  // before Pinocchio 4
+#include <pinocchio/math/fwd.hpp>
+#endif
 #include <pinocchio/utils/static-if.hpp>
 
 namespace Eigen::internal {
@@ -75,10 +79,12 @@ struct if_then_else_impl<CppAD::AD<Base>, CppAD::AD<Base>, Then, Else> {
   }
 };
 
+#if __has_include(<pinocchio/math.hpp>)
 // Inverts symmetric matrices by formulas, without pivots.
 template <class Base, int Rows, int Cols, int Options, int MaxRows, int MaxCols>
 struct MatrixInversion<Eigen::Matrix<CppAD::AD<Base>, Rows, Cols, Options, MaxRows, MaxCols>, false>
     : MatrixInversionImpl<Rows, Cols> {};
+#endif
 
 }  // namespace internal
 }  // namespace pinocchio
