@@ -65,6 +65,33 @@ struct Pendulums {
   }
 };
 
+// A crank "a", whose rod "c" is held by the slider "d" along x with a loop of "rod_end" and "d_link"; "b", a pendulum beside
+// the crank, turns at -2 a.
+inline std::string crank_with_follower() {
+  const auto body = [](const std::string& name, double mass, const std::string& at) {
+    return "<link name='" + name + "'><inertial><origin xyz='" + at + "'/><mass value='" +
+           std::to_string(mass) +
+           "'/><inertia ixx='0.001' iyy='0.002' izz='0.001' ixy='0' ixz='0' iyz='0'/></inertial></link>";
+  };
+  const auto turns = [](const std::string& name, const std::string& parent, const std::string& at,
+                        const std::string& inside) {
+    return "<joint name='" + name + "' type='revolute'><parent link='" + parent + "'/><child link='" + name +
+           "_link'/><origin xyz='" + at +
+           "'/><axis xyz='0 1 0'/><limit effort='20' velocity='90' lower='-50' upper='50'/>" + inside +
+           "</joint>";
+  };
+  return "<robot name='crank'><link name='base'/>" + turns("a", "base", "0 0 0", "") +
+         body("a_link", 0.5, "0.1 0 0") + turns("c", "a_link", "0.2 0 0", "") +
+         body("c_link", 0.3, "0.25 0 0") +
+         "<joint name='end' type='fixed'><parent link='c_link'/><child link='rod_end'/><origin xyz='0.5 0 "
+         "0'/>"
+         "</joint><link name='rod_end'/><joint name='d' type='prismatic'><parent link='base'/><child "
+         "link='d_link'/><axis xyz='1 0 0'/><limit effort='20' velocity='90' lower='-5' upper='5'/></joint>" +
+         body("d_link", 0.4, "0 0 0") +
+         turns("b", "base", "0 0.3 0", "<mimic joint='a' multiplier='-2' offset='0.3'/>") +
+         body("b_link", 0.2, "0.15 0 0") + "</robot>";
+}
+
 inline GivenRobot tied_robot(const std::string& urdf) {
   dynamics::UrdfOptions options;
   options.mimic = true, options.continuous = dynamics::ContinuousJoint::kAngle;

@@ -55,10 +55,10 @@ Eigen::Vector2d exact_end(const Pendulums& of, double duration) {
   return {double(a), double(w)};
 }
 
-void expect_tied(const SimulatedMotion& motion, double ratio, double offset) {
+void expect_tied(const SimulatedMotion& motion, int follower, double ratio, double offset) {
   for (int k = 0; k < motion.samples(); ++k) {
-    EXPECT_NEAR(motion.q(1, k), ratio * motion.q(0, k) + offset, 1e-11) << motion.t[std::size_t(k)];
-    EXPECT_NEAR(motion.v(1, k), ratio * motion.v(0, k), 1e-11) << motion.t[std::size_t(k)];
+    EXPECT_NEAR(motion.q(follower, k), ratio * motion.q(0, k) + offset, 1e-11) << motion.t[std::size_t(k)];
+    EXPECT_NEAR(motion.v(follower, k), ratio * motion.v(0, k), 1e-11) << motion.t[std::size_t(k)];
   }
 }
 
@@ -78,7 +78,7 @@ TEST(MimicScenes, SlidersMoveWithTheMassOfBoth) {
     EXPECT_NEAR(motion.v(0, motion.samples() - 1), 0.2 + a * T, allowed) << scheme;
     EXPECT_NEAR(motion.q(0, motion.samples() - 1), 0.1 + 0.2 * T + a * T * T / 2, is_euler ? 2e-3 : allowed)
         << scheme;
-    expect_tied(motion, of.ratio, of.offset);
+    expect_tied(motion, 1, of.ratio, of.offset);
     ASSERT_EQ(motion.flows.front().name, "motors");
     const double moved = motion.q(0, motion.samples() - 1) - 0.1;
     if (is_euler) continue;
@@ -98,7 +98,7 @@ TEST(MimicScenes, PendulumsSwingAsTheirOneEquationSays) {
                          (std::string(scheme).starts_with("adaptive") ? " relative_tolerance 1e-10" : "")));
     EXPECT_NEAR(motion.q(0, motion.samples() - 1), end[0], allowed) << scheme;
     EXPECT_NEAR(motion.v(0, motion.samples() - 1), end[1], 10 * allowed) << scheme;
-    expect_tied(motion, of.ratio, of.offset);
+    expect_tied(motion, 1, of.ratio, of.offset);
   }
 }
 
@@ -155,6 +155,21 @@ TEST(MimicScenes, RestsOnTheLimitsOfBoth) {
   const SimulatedMotion motion = sound(scene);
   EXPECT_NEAR(motion.q(0, motion.samples() - 1), 0, 1e-8);
   EXPECT_NEAR(motion.v(0, motion.samples() - 1), 0, 1e-12);
+}
+
+// The loop closes at the start by moving leaders, and holds; energy stays.
+TEST(MimicScenes, LoopsOfTiedRobotsClose) {
+  const Scene scene =
+      tied_scene(test::crank_with_follower(),
+                 "constraints { loops { loop { frames \"rod_end d_link\"  type point } } }\n"
+                 "start { q { a -0.4  c 0.3  d 0.65 }  v { a 2  c 0  d 0 } }\nsimulation { duration 2 }");
+  const SimulatedMotion motion = sound(scene);
+  EXPECT_GT(motion.assembled_by, 1e-3);
+  EXPECT_LT(motion.loop_error, 1e-6);
+  const dynamics::Model<double>& model = scene.robot.model;
+  expect_tied(motion, model.joints[std::size_t(model.joint_index("b"))].idx_q, -2, 0.3);
+  EXPECT_EQ(motion.balances.size(), 1u);
+  EXPECT_NEAR(motion.energy(motion.samples() - 1), motion.energy(0), 1e-6);
 }
 
 TEST(MimicScenes, CostsAndAccuracyAreOfTheTiedRobot) {
