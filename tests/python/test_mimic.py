@@ -92,6 +92,7 @@ def test_problems_of_a_scene_keep_the_rules():
 
 def test_a_controller_of_tied_joints_holds_them():
     p = sliders().problem(0.6)
+    p.start_at([0.1])
     p.add_squares("place", lambda s: s.q - 0.3, weight=50)
     p.add_squares("speed", lambda s: s.v, weight=1)
     p.add_squares("effort", lambda s: s.u - WEIGHT, weight=1e-3)
