@@ -96,7 +96,6 @@ def test_a_controller_of_tied_joints_holds_them():
     p.add_squares("place", lambda s: s.q - 0.3, weight=50)
     p.add_squares("speed", lambda s: s.v, weight=1)
     p.add_squares("effort", lambda s: s.u - WEIGHT, weight=1e-3)
-    p.start_at([0.1])
     mpc = dyntape.Mpc(p, intervals=12, scheme="runge-kutta-4")
     s, x, h = scene(), np.array([0.1, 0.0]), 0.02
     for k in range(75):
