@@ -23,6 +23,7 @@
 #include <dyntape/interface/robot/robot_rows.h>
 
 #include "bridges/bodies.h"
+#include "robots/limits.h"
 #include "watch.h"
 
 namespace dyntape::python {
@@ -204,27 +205,6 @@ std::vector<const dynamics::Joint<double>*> own_joints(const Robot& robot) {
     if (std::none_of(robot.urdf.mimics.begin(), robot.urdf.mimics.end(), follows)) joints.push_back(&joint);
   }
   return joints;
-}
-
-// Narrows a leader's limits to those within which a follower, multiplier * leader + offset, keeps its own.
-void narrow(dynamics::JointLimits& leader, const dynamics::MimicRule& rule,
-            const dynamics::JointLimits& follower) {
-  if (rule.multiplier == 0) return;
-  const double a = (follower.lower - rule.offset) / rule.multiplier;
-  const double b = (follower.upper - rule.offset) / rule.multiplier;
-  leader.lower = std::max(leader.lower, std::min(a, b));
-  leader.upper = std::min(leader.upper, std::max(a, b));
-  leader.velocity = std::min(leader.velocity, follower.velocity / std::abs(rule.multiplier));
-}
-
-dynamics::JointLimits limits_with_followers(const Robot& robot, const dynamics::Joint<double>& joint) {
-  dynamics::JointLimits limits = joint.limits;
-  for (const dynamics::MimicRule& rule : dynamics::resolved(robot.urdf.mimics)) {
-    if (rule.leader != joint.name) continue;
-    for (const auto& follower : robot.model().joints)
-      if (follower.name == rule.joint) narrow(limits, rule, follower.limits);
-  }
-  return limits;
 }
 
 // (nv) one of a joint's limits; infinite where there is none.

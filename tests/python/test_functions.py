@@ -372,3 +372,20 @@ def test_the_default_is_as_quick_as_any_option(random):
     options = {}, {"lanes": False}, {"lanes": True}, {"functions": "portable"}, {"functions": "libm"}
     times = [seconds(dyntape.record(chain, 6).compile(0, route="machine-code", **how)) for how in options]
     assert times[0] < 1.5 * min(times)
+
+
+def test_arrays_of_recorded_values_and_numbers():
+    """numpy asks each entry for a method, which numbers lack."""
+    x = [0.5, 2.0]
+    for f, expected in (
+        (lambda x: np.exp(dyntape.array([x[0], 2.0])), np.exp([0.5, 2.0])),
+        (lambda x: np.sqrt(np.concatenate([x, [9.0]])), np.sqrt([0.5, 2.0, 9.0])),
+        (lambda x: np.arctan2(dyntape.array([x[0], x[1]]), 1.0), np.arctan2(x, 1.0)),
+        (lambda x: np.hypot(dyntape.array([x[0], 3.0]), 4.0), [np.hypot(0.5, 4.0), 5.0]),
+        (lambda x: np.linalg.cholesky(dyntape.array([[x[0], 0], [0, x[1]]])), np.diag(np.sqrt(x))),
+    ):
+        np.testing.assert_allclose(dyntape.record(f, 2)(x), expected, rtol=1e-15)
+    numbers = dyntape.array([[1, 2.5], [3, 4]])
+    assert type(numbers) is np.ndarray and numbers.dtype == float
+    with pytest.raises(dyntape.RecordingError, match="isfinite cannot be recorded"):
+        dyntape.record(lambda x: np.isfinite(dyntape.array([x[0], 1.0])), 2)

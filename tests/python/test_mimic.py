@@ -129,3 +129,11 @@ def test_what_followers_do_not_have_is_told():
         dyntape.Scene.from_text(text.format("a 0 b 1"), robot=sliders())
     with pytest.raises(dyntape.ArgumentError, match='joint "b" follows "a", whose motor moves it'):
         sliders().problem(1.0, driven=["b"])
+
+
+def test_random_configurations_keep_the_limits_of_followers():
+    """Joint b = RATIO a + OFFSET has narrower limits than a."""
+    robot = sliders()
+    q = robot.random(2000)
+    assert robot.upper_limits[0] < 51
+    assert (q >= robot.lower_limits).all() and (q <= robot.upper_limits).all()

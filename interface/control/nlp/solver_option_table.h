@@ -39,7 +39,8 @@ void visit_options(SolverOptions& o, Visitor& v) {
   v.number("tolerance", o.tolerance, io::positive(), "tolerance of the scaled optimality error");
   v.number("dual_tolerance", o.dual_tolerance, io::positive(), "tolerance of the unscaled stationarity");
   v.number("bound_relaxation", o.bound_relaxation, io::not_negative(),
-           "relative widening of the bounds; 0: exact bounds");
+           "widening of the bounds, in units in which nominal values are 1; times 10 at most for larger "
+           "bounds; 0: exact bounds");
   v.number("max_iterations", o.max_iterations, io::not_negative(), "largest number of iterations");
   v.number("max_seconds", o.max_seconds, io::positive(), "largest processor time of all threads [s]");
   v.flag("stop_at_acceptable", o.stop_at_acceptable,

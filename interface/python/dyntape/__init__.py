@@ -13,7 +13,7 @@ array([3., 0.])
 import pathlib as _pathlib
 
 from . import _displays, _dyntape
-from ._arrays import RecordedArray, norm, safe_divide, where
+from ._arrays import RecordedArray, array, norm, safe_divide, where
 from ._bodies import Body, Shape, assemble
 from ._dyntape import (
     AD,
@@ -97,6 +97,7 @@ __all__ = [
     "TaskSolution",
     "ToolError",
     "__version__",
+    "array",
     "assemble",
     "config_folder",
     "control",

@@ -55,6 +55,10 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def _has_numbers(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype == object and any(not isinstance(v, (_d.AD, _d.Condition)) for v in value.flat)
+
+
 def _taped(value: Any) -> Any:
     if isinstance(value, np.ndarray) and value.dtype == object:
         return value[()] if value.ndim == 0 else value.view(RecordedArray)
@@ -72,9 +76,13 @@ def _array_ufunc(self: Any, ufunc: np.ufunc, method: str, *inputs: Any, **option
         return np.minimum(np.maximum(inputs[0], inputs[1]), inputs[2])
     if "out" in options:
         options["out"] = tuple(_plain(out) for out in options["out"])
+    plain = [_plain(value) for value in inputs]
+    function = _OWN.get(ufunc, ufunc)
+    if function is ufunc and method == "__call__" and any(map(_has_numbers, plain)):
+        function = np.frompyfunc(ufunc, ufunc.nin, ufunc.nout)  # numpy asks each entry for a method, which numbers lack
     try:
         with np.errstate(all="ignore"):  # of values at the recording point, where a NaN is no error
-            result = getattr(_OWN.get(ufunc, ufunc), method)(*(_plain(value) for value in inputs), **options)
+            result = getattr(function, method)(*plain, **options)
     except TypeError as error:
         if ufunc in _OWN or not _NOT_SUPPORTED.search(str(error)):
             raise
@@ -139,6 +147,21 @@ class RecordedArray(np.ndarray):
 for _type in (_d.AD, _d.Condition):  # numpy asks single values as it asks arrays
     setattr(_type, "__array_ufunc__", _array_ufunc)
     setattr(_type, "__array_function__", _array_function)
+
+
+def array(entries: Any) -> Any:
+    """An array of recorded values and numbers, with which all of numpy's elementary functions compute.
+
+    entries: a list, or a list of lists.  Without recorded values the result is `np.array(entries)`.  numpy's own `np.array` of recorded
+    values has operators, and only those functions that every entry has.
+
+    >>> f = dyntape.record(lambda x: np.exp(dyntape.array([x[0], 2.0])), 1)
+    >>> f([0.0])
+    array([1.       , 7.3890561])
+    """
+    values = np.array(entries, dtype=object)
+    recorded = any(isinstance(value, (_d.AD, _d.Condition)) for value in values.flat)
+    return values.view(RecordedArray) if recorded else np.array(entries)
 
 
 def where(condition: Any, a: Any, b: Any) -> Any:

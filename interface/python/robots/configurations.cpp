@@ -14,6 +14,7 @@
 #include <dyntape/interface/robot/robot_workspace.h>
 
 #include "../robot.h"
+#include "limits.h"
 
 namespace dyntape::python {
 namespace {
@@ -57,10 +58,17 @@ nb::object random_configuration(const Robot& robot, std::optional<std::size_t> c
   double* data = nullptr;
   const auto rows = static_cast<std::ptrdiff_t>(count.value_or(1));
   nb::object array = new_array(count ? Shape{rows, robot.nq} : Shape{robot.nq}, data);
-  with_model(robot, [&](const auto& model) {
+  const auto draw = [&](const auto& model) {
     for (std::ptrdiff_t i = 0; i < rows; ++i)
       VectorXd::Map(data + i * robot.nq, robot.nq) = dynamics::random_configuration(model, random);
-  });
+  };
+  if (robot.urdf.mimics.empty()) {
+    draw(robot.model());
+  } else {
+    dynamics::Model<double> narrowed = robot.model();
+    for (auto& joint : narrowed.joints) joint.limits = limits_with_followers(robot, joint);
+    draw(Mimic(narrowed, robot.urdf.mimics));
+  }
   return array;
 }
 
@@ -107,8 +115,8 @@ void bind_configurations(nb::class_<Robot>& robot) {
   robot.def("random", random_configuration, nb::arg("count") = nb::none(), nb::kw_only(), nb::arg("seed") = 0,
             nb::sig("def random(self, count: int | None = None, *, seed: int = 0) -> Array"),
             "(nq,), or (count, nq): configurations within the joints' limits, the same for the same seed.  "
-            "Joints that "
-            "follow others do, whatever their own limits.");
+            "A joint that others follow stays within lower_limits and upper_limits, which keep the "
+            "followers' limits too.");
   robot.def(
       "integrate", integrate, nb::arg("q"), nb::arg("v"),
       nb::sig("def integrate(self, q: ArrayLike, v: ArrayLike) -> Array"),
