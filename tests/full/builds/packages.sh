@@ -107,7 +107,7 @@ else
     printf '#include <dyntape/%s>\n' autodiff/record/record.h codegen/compiled_function.h dynamics/algorithms/algorithms.h dynamics/urdf/urdf.h
     printf '#include <cstdio>\nusing namespace dyntape;\nint main() {\n'
     sed -n '/^```cpp/,/^```/p' "$source/README.md" | grep -v '^```'
-    printf 'std::printf("%%.17g %%td %%td\\n", r.y[0], r.jacobian.cols(), r.hessian.cols());\n}\n'
+    printf 'std::printf("%%.17g %%zu %%zu\\n", r.y[0], r.jacobian.size(), r.hessian.size());\n}\n'
   } >"$work/ten_lines/main.cpp"
   quietly cmake -S "$work/ten_lines" -B "$work/ten_lines/build" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$source/tools/aarch64.cmake" \
     -Ddyntape_DIR="$root/usr/lib/cmake/dyntape"
