@@ -147,8 +147,9 @@ void check_inertia_tensor(const UrdfText& text, const XMLElement& link, const XM
                               "moment is " + digits(e[0]) + " kg m^2";
     if (!accept_nonphysical)
       text.fail(inertia, fault +
-                             "; expected none below zero, or --inertia warn (in a task file: inertia warn), "
-                             "which reads it as it is");
+                             "; expected none below zero.  To read it as it is: --inertia warn, in a file of "
+                             "a task or scene "
+                             "'inertia warn', in Python accept_nonphysical_inertia=True");
     notes.push_back(text.where(inertia) + fault + "; read as it is");
     return;
   }

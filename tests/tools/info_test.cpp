@@ -52,6 +52,8 @@ TEST(Info, FollowersHaveTheEntriesOfTheirLeader) {
   EXPECT_NE(
       run_dyntape({"info", panda, "--mimic"}).out.find("mimic: panda_finger_joint2 = panda_finger_joint1"),
       std::string::npos);
+  EXPECT_NE(run_dyntape({"info", panda}).out.find("read as an independent joint; --mimic has it follow"),
+            std::string::npos);
 }
 
 TEST(Info, PrintsTheTree) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <dyntape/dynamics/algorithms/mimic.h>
+#include <dyntape/dynamics/urdf/check.h>
 #include <dyntape/interface/files/scene/folded_notes.h>
 #include <dyntape/interface/io/table.h>
 
@@ -172,8 +173,10 @@ void print(const dynamics::UrdfRobot& file, bool verbose) {
     std::cout << "mimic: " << rule.joint << " = " << rule_text(rule) << "\n";
   if (!file.notes.empty() || !file.left_out.empty()) std::cout << "\n";
   for (const std::string& element : file.left_out) std::cout << "left out: " << element << "\n";
-  for (const std::string& note : verbose ? file.notes : folded(file.notes))
-    std::cout << "note: " << note << "\n";
+  std::vector<std::string> notes = file.notes;
+  for (std::string& note : notes)
+    if (note.ends_with(dynamics::kReadAsIndependent)) note += "; --mimic has it follow";
+  for (const std::string& note : verbose ? notes : folded(notes)) std::cout << "note: " << note << "\n";
 }
 
 }  // namespace

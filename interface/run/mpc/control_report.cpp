@@ -144,6 +144,7 @@ void write_loop(ControlReport& report, const io::CsvTable& table,
   if (report.loop.motion.points() > 2) {
     const LoopPictures drawn = pictures();
     const auto draw = [&](const std::string& file, const io::Plot& plot) {
+      if (stop.stop_requested()) return results.remove(file.c_str());
       results.write(file.c_str(), [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
     };
     for (const auto& [file, plot] : drawn.plots) draw(file, plot);
