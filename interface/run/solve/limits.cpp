@@ -181,6 +181,7 @@ std::string LimitExcess::text() const {
 }
 
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion) {
+  if (motion.points() < 2) return {};  // of a closed loop without a first plan
   const Trajectory fine = resampled(task.problem, motion, times_between(motion, even_looks(motion)));
   Curves at_points = curves_of(task, motion);
   const Curves between = curves_of(task, fine);

@@ -200,6 +200,16 @@ TEST_F(WholeBody, StandsOnTheSimulatedFloorAndTellsAFall) {
   EXPECT_NE(fallen.loop.trouble.find("the robot fell: at "), std::string::npos) << fallen.loop.trouble;
 }
 
+// The loop has a point and no steps, so nothing lies between points.
+TEST_F(WholeBody, AStopBeforeTheFirstPlanHasAReport) {
+  std::stop_source stop;
+  stop.request_stop();
+  ControlReport report = control_task(task(), stop.get_token(), {});
+  EXPECT_EQ(report.loop.motion.points(), 1);
+  EXPECT_TRUE(report.loop.steps.empty());
+  EXPECT_FALSE(report.text().empty());
+}
+
 TEST_F(WholeBody, SaysWhatIsWrongWithItsFile) {
   const auto refusal = [&](const std::string& old, const std::string& with) {
     load_control("solo12_whole_body");
