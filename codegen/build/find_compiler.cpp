@@ -81,15 +81,23 @@ Compiler chosen_compiler(const std::string& wanted, const std::vector<std::strin
   return compiler;
 }
 
+void identify(Compiler& compiler, const Identity& identity) {
+  compiler.version = identity.version;
+  compiler.identity = identity.text;
+#if defined(__aarch64__)
+  // Loads a constant by one instruction instead of two, if it stands within 1 MB, behind its function.  clang does not have
+  // the flag.
+  if (identity.version.starts_with("gcc ")) compiler.flags.push_back("-mpc-relative-literal-loads");
+#endif
+}
+
 }  // namespace
 
 std::optional<Compiler> find_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
                                       const std::string& memory) {
   Compiler compiler = chosen_compiler(wanted, user_flags);
   if (compiler.path.empty()) return std::nullopt;
-  const Identity identity = identity_of(compiler.path, compiler.flags, memory);
-  compiler.version = identity.version;
-  compiler.identity = identity.text;
+  identify(compiler, identity_of(compiler.path, compiler.flags, memory));
   return compiler;
 }
 
@@ -103,8 +111,7 @@ std::vector<Compiler> gone_compilers(const std::string& wanted, const std::vecto
     if (!name.empty() && former.path != name && !former.path.ends_with("/" + name)) continue;
     all.push_back(compiler);
     all.back().path = former.path;
-    all.back().version = former.identity.version;
-    all.back().identity = former.identity.text;
+    identify(all.back(), former.identity);
   }
   return all;
 }

@@ -119,7 +119,7 @@ void check_warm(const NlpShape& shape, const NlpSolution& warm) {
 }
 
 // Lengths along a direction of negative curvature whose largest entry is one nominal value: near the point the nearest
-// optimum is found, farther away perhaps a better one.
+// optimum is found, farther away perhaps a better one.  If the first one lies beyond the second start, that is left out.
 constexpr double kLengths[] = {0.05, 0.5};
 constexpr int kMostSaddles = 5, kMostOfOne = 500;  // iterations from one length
 constexpr double kLower = 1e-9;                    // of the objective: lower beyond rounding
@@ -127,6 +127,17 @@ constexpr double kLower = 1e-9;                    // of the objective: lower be
 bool is_lower(const NlpSolution& next, const NlpSolution& before) {
   const double size = std::max(std::abs(before.objective), before.units.objective);
   return usable(next) && next.objective < before.objective - kLower * size;
+}
+
+// Whether a solution lies at least so far from another one along a direction, in nominal values.
+bool is_beyond(const NlpSolution& next, const NlpSolution& from, const std::vector<double>& direction,
+               double length) {
+  double along = 0, square = 0;
+  for (std::size_t i = 0; i < direction.size(); ++i) {
+    along += (next.x[i] - from.x[i]) / from.units.x[i] * direction[i];
+    square += direction[i] * direction[i];
+  }
+  return along / square * std::copysign(1.0, length) >= std::abs(length);
 }
 
 // Away from a stationary point that is no minimum, along a direction of negative curvature and, where nothing better is
@@ -148,7 +159,9 @@ NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<dou
       try {
         NlpSolution next = solve_from(problem, name, start, left, solve, spent.iterations());
         if (usable(best) ? is_lower(next, best) : usable(next)) best = next;
+        const bool is_past = usable(next) && is_beyond(next, saddle, direction, sign * kLengths[1]);
         spent = joined(std::move(spent), std::move(next));
+        if (is_past) break;
       } catch (const NumericalError&) {  // no finite value there
       }
     }

@@ -29,7 +29,7 @@ constexpr double kKappaEpsilon = 10, kKappaMu = 0.2, kThetaMu = 1.5, kTauMin = 0
 constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kDelta = 1, kSTheta = 1.1, kSPhi = 2.3, kEta = 1e-8;
 constexpr double kAlphaPart = 0.05, kKappaSoc = 0.99;
 constexpr double kFirstBarrier = 0.1, kMostBarrier = 10, kBlocked = 0.1;
-constexpr int kBlockedSteps = 3, kMostCorrections = 4, kAcceptableIterations = 10;
+constexpr int kBlockedSteps = 3, kMostCorrections = 4, kAcceptableIterations = 10, kShiftedIterations = 4;
 constexpr double kMostFirstBarriers = 1e3, kFixedPart = 0.8, kFloor = 2;  // kFloor: of the least barrier
 constexpr double kPush = 1e-2, kWarmPush = 1e-9, kMostPrice = 1e3;
 constexpr double kAcceptable = 1e-6, kEndless = 1e20;
@@ -166,8 +166,9 @@ class StructuredInteriorPoint::Method {
       return SolveStatus::kSolved;
     const bool is_acceptable = e.all <= kAcceptable;
     progress_.note(is_acceptable, now_.f, e);
-    if (options_.stop_at_acceptable && progress_.acceptable() >= kAcceptableIterations)
-      return SolveStatus::kAcceptable;
+    // Shifted steps converge linearly: whether the point is a minimum is for the check of second order to say.
+    const int enough = diagonal_.shift > 0 ? kShiftedIterations : kAcceptableIterations;
+    if (options_.stop_at_acceptable && progress_.acceptable() >= enough) return SolveStatus::kAcceptable;
     if (largest(now_.w) > kEndless) return SolveStatus::kDiverging;
     if (has_settled_) return SolveStatus::kSettled;
     if (options_.stop.stop_requested()) return SolveStatus::kStopped;

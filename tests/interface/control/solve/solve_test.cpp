@@ -136,6 +136,23 @@ TEST(Solve, StationaryPointsWithoutCurvatureAreLookedAlong) {
   }
 }
 
+// The farthest point of a triangle: from the middle of its long side a solve falls into one of two corners.  Each stage has flat
+// directions beside the curved ones, since controls hardly cost.
+TEST(Solve, ASaddleIsLeftInFewIterations) {
+  Problem p("corner", {"x", "y"}, {"u", "w"}, 1, [](const auto& s) { return vector(s.u[0], s.u[1]); });
+  p.start << 2, 2;
+  p.add(terminal_cost("far", [](const auto& s) { return vector(-(s.x[0] * s.x[0] + s.x[1] * s.x[1])); }));
+  p.add(terminal_inequality(
+      "sum", [](const auto& s) { return vector(s.x[0] + s.x[1]); }, VectorXd::Constant(1, -HUGE_VAL),
+      VectorXd::Constant(1, 10)));
+  p.add(running_cost("effort", [](const auto& s) { return vector(1e-9 * s.u.dot(s.u)); }));
+  p.x.lower << 0, 0, p.x.upper << 100, 100;
+  const Solution s = solve(p, on(20, NlpMethod::kRiccati, radau(3)));
+  EXPECT_TRUE(s.success()) << s.verdict();
+  EXPECT_NEAR(s.cost(), -100, 1e-4);
+  EXPECT_LE(s.iterations(), 60);
+}
+
 // A pulse in the cost that no point meets: to stay costs 35.4.
 TEST(Solve, CostsAreIntegratedWithTheMotion) {
   Problem p = integrator();
