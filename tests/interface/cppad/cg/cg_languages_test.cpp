@@ -4,7 +4,10 @@
 #include <dyntape/interface/cppad/cg.h>
 #include <dyntape/interface/cppad/cg/thread_pool.h>
 
-#include <atomic>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <set>
 #include <sstream>
 #include <valarray>
 
@@ -66,6 +69,21 @@ TEST(CppadCgLanguages, MathMLIsAPage) {
         "<math class=\"e\"><msub><mi>out</mi><mn>0</mn></msub><mo>=</mo><msqrt>",
         "<msub><mi>in</mi><mn>0</mn>"})
     EXPECT_NE(page.find(part), std::string::npos) << part << "\n" << page;
+}
+
+TEST(CppadCgLanguages, ToolsForThePage) {
+  namespace tools = CppAD::cg::system;
+  EXPECT_EQ(tools::createPath({"a", "b"}, "c.tex"), "a/b/c.tex");
+  const std::string script = tools::createPath(tools::getWorkingDirectory(), "cg_languages_test.sh");
+  std::ofstream(script) << "exit $1\n";
+  EXPECT_EQ(readStringFromFile(script), "exit $1\n");
+  EXPECT_NO_THROW(tools::callExecutable("/bin/sh", {script, "0"}));
+  EXPECT_NE(sentence_of<dyntape::ToolError>([&] {
+              tools::callExecutable("/bin/sh", {script, "3"});
+            }).find("status 3"),
+            std::string::npos);
+  EXPECT_THROW(tools::callExecutable("/no/such/program", {}), dyntape::Error);
+  std::remove(script.c_str());
 }
 
 TEST(CppadCgLanguages, CInAMapOfFiles) {
