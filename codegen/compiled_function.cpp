@@ -90,6 +90,11 @@ Violation CompiledFunction::run(Order order, const Points& points, Workspace& wo
   return run_in_threads(order, points, strides, now.kernels.lane_width(), places);
 }
 
+bool CompiledFunction::run_without_workspace(Order order, const Points& point, Violation& violation) const {
+  if (order > tiers_->first().order) require(order, "evaluated");
+  return !builder_ && tiers_->first().run_on_stack(order, point, violation);
+}
+
 void CompiledFunction::check(const Violation& violation, std::size_t points) const {
   if (!violation) return;
   throw GuardViolation(describe_guard(function(), violation.guard) +

@@ -115,6 +115,9 @@ class CompiledFunction {
   // With options.lanes, the widest kernel that the processor supports evaluates lane_width() points at once, if the
   // points are contiguous.
   [[nodiscard]] Violation run(Order order, const Points& points, Workspace& workspace) const;
+  // Evaluates one point with memory on the stack; several threads may do so at once.  Returns false, and evaluates
+  // nothing, if a workspace is needed: for long, interpreted and tiered functions.
+  [[nodiscard]] bool run_without_workspace(Order order, const Points& point, Violation& violation) const;
   std::size_t lane_width() const;  // 1 without options.lanes, or while the function is interpreted
   // Throws GuardViolation if `violation` is one.  The message names the comparison and, for several points, the
   // point.

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/machine/called_functions.h>
 #include <dyntape/codegen/options/lane_widths.h>
 
 namespace dyntape::codegen {
@@ -116,18 +115,7 @@ Kernels::Room::Room(const Kernels& kernels) {
   lanes_.resize(lanes);
 }
 
-// A single point, for which nothing is laid out.
-Violation Kernels::run_one(Order wanted, const Points& point, Room& room) const {
-  std::uint32_t own = 0;
-  std::uint32_t* const status = point.status ? point.status : &own;
-  code_[at(wanted)].run(point.x, point.p, point.w, point.y, point.jacobian, point.hessian, room.work_.data(),
-                        1, nullptr, status);
-  if (product.machine) rethrow_thrown();
-  return {*status, 0};
-}
-
-Violation Kernels::run(Order wanted, const Points& points, Room& room) const {
-  if (points.count == 1 && !code_.empty()) return run_one(wanted, points, room);
+Violation Kernels::run_many(Order wanted, const Points& points, Room& room) const {
   const Strides n = sizes(wanted);
   Points all = points;
   if (!all.strides && all.side_by_side == 1) all.strides = &n;

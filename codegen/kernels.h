@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/codegen/machine/called_functions.h>
 #include <dyntape/codegen/pipeline_stages.h>
 #include <dyntape/codegen/run/lanes.h>
 
@@ -33,7 +34,17 @@ class Kernels {
   Kernels(Product product, const CodegenOptions& options);
 
   // `order` must exist.  Evaluates lane_width() points that lie side by side, or one.
-  Violation run(Order order, const Points& points, Room& room) const;
+  Violation run(Order order, const Points& points, Room& room) const {
+    return runs_one(points) ? run_one(order, points, room.work_.data()) : run_many(order, points, room);
+  }
+  // One point with memory on the stack.  Returns false if there is no code, or it needs more memory.
+  bool run_on_stack(Order order, const Points& point, Violation& violation) const {
+    constexpr std::size_t kDoubles = 256;
+    if (code_.empty() || code_[static_cast<std::size_t>(order)].work > kDoubles) return false;
+    double work[kDoubles];
+    violation = run_one(order, point, work);
+    return true;
+  }
 
   Tier tier() const;  // kFinal if made by a compiler
   std::size_t lane_width() const { return wide_.empty() ? 1 : wide_.front().lane_width; }
@@ -49,7 +60,17 @@ class Kernels {
  private:
   void take_kernels(const dyntape_descriptor& descriptor, std::size_t widest);
   void take_interpreters(std::vector<Derivatives> derivatives, Functions functions);
-  Violation run_one(Order order, const Points& point, Room& room) const;
+  // A single point, for which nothing is laid out.
+  Violation run_one(Order order, const Points& point, double* work) const {
+    std::uint32_t own = 0;
+    std::uint32_t* const status = point.status ? point.status : &own;
+    code_[static_cast<std::size_t>(order)].run(point.x, point.p, point.w, point.y, point.jacobian,
+                                               point.hessian, work, 1, nullptr, status);
+    if (product.machine) rethrow_thrown();
+    return {*status, 0};
+  }
+  bool runs_one(const Points& points) const { return points.count == 1 && !code_.empty(); }
+  Violation run_many(Order order, const Points& points, Room& room) const;
   void run_code(Order order, const Points& points, const Strides& sizes, Room& room) const;
   void run_interpreted(Order order, const Points& points, const Strides& sizes, Room& room) const;
 

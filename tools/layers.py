@@ -64,8 +64,8 @@ ROOMS = {
     'interface/cppad/nodes': [*AUTODIFF, 'interface/cppad'],
     'interface/cppad/utilities': ['interface/cppad'],
     # Statements and C of users are printed and compiled there, without a pipeline.
-    'interface/cppad/cg': [*AUTODIFF, *GENERATE, 'codegen/system', 'codegen/build', 'codegen/print', 'codegen/schedule', 'interface/cppad',
-                           'interface/cppad/nodes'],
+    'interface/cppad/cg': [*AUTODIFF, *GENERATE, 'codegen/system', 'codegen/build', 'codegen/print', 'codegen/run', 'codegen/schedule',
+                           'interface/cppad', 'interface/cppad/nodes'],
     'interface/cppad/graph': [*AUTODIFF, 'interface/cppad', 'interface/cppad/bases', 'interface/cppad/nodes'],
     'interface/cppad/drop_in': ['interface/cppad', *(f'interface/cppad/{name}' for name in ('cg', 'nodes', 'utilities'))],
     'interface/report/plot': ['codegen/system', IO],

@@ -3,6 +3,7 @@
 // Evaluation into the caller's memory, and the derivatives that are made on request.
 #include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/run/stack_doubles.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/ocs2/ad_function.h>
 #include <dyntape/interface/ocs2/ad_function_model.h>
@@ -45,10 +46,8 @@ void check_finite(bool wanted, const char* asked, const std::string& name, const
 // What a function of (x, p, w) gives, as a vector.
 vector_t product(const detail::SharedFunction& shared, const AdFunction::VectorRef& x,
                  const AdFunction::VectorRef& p, const AdFunction::VectorRef& w) {
-  const auto room = shared.room();
   vector_t result(static_cast<Eigen::Index>(shared.f.n_y()));
-  const Points point{.x = x.data(), .p = p.data(), .w = w.data(), .y = result.data()};
-  shared.f.check(shared.f.run(Order::kValue, point, room->workspace));
+  shared.evaluate(Order::kValue, {.x = x.data(), .p = p.data(), .w = w.data(), .y = result.data()});
   return result;
 }
 
@@ -65,18 +64,13 @@ void AdFunction::evaluateBatch(std::size_t count, const double* x, const double*
   const Model& m = model("evaluate", order);
   if (hessian && !weights && m.compiled().n_y() > 0)
     throw ArgumentError("evaluate of \"" + name() + "\": a Hessian is asked for without weights");
-  const auto room = m.shared.room();
-  const CompiledFunction& f = m.compiled();
-  f.check(f.run(order,
-                {.count = count,
-                 .x = x,
-                 .p = p,
-                 .w = hessian ? weights : nullptr,
-                 .y = y,
-                 .jacobian = jacobian,
-                 .hessian = hessian},
-                room->workspace),
-          count);
+  m.shared.evaluate(order, {.count = count,
+                            .x = x,
+                            .p = p,
+                            .w = hessian ? weights : nullptr,
+                            .y = y,
+                            .jacobian = jacobian,
+                            .hessian = hessian});
 }
 
 matrix_t AdFunction::getParameterJacobian(const VectorRef& x, const VectorRef& p) const {
@@ -85,10 +79,10 @@ matrix_t AdFunction::getParameterJacobian(const VectorRef& x, const VectorRef& p
   check_inputs(kAsked, x, p);
   const auto& shared = m.parameter_jacobian.get(
       [&] { return made(of_parameters(m.compiled().function()), m.options, Order::kFirst); });
-  const auto room = shared.room();
-  shared.f.first_order(p.data(), x.data(), nullptr, room->jacobian.data(), room->workspace);
-  check_finite(settings_.checkFinite, kAsked, name(), room->jacobian.data(), room->jacobian.size());
-  return detail::dense(shared.f.jacobian_pattern(), room->jacobian, false);
+  codegen::StackDoubles values(shared.f.jacobian_pattern().nnz());
+  shared.evaluate(Order::kFirst, {.x = p.data(), .p = x.data(), .jacobian = values.data()});
+  check_finite(settings_.checkFinite, kAsked, name(), values.data(), values.size());
+  return detail::dense(shared.f.jacobian_pattern(), values.data(), false);
 }
 
 vector_t AdFunction::jvp(const VectorRef& x, const VectorRef& p, const VectorRef& direction) const {

@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/codegen/run/stack_doubles.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/ocs2/ad_function.h>
 #include <dyntape/interface/ocs2/ad_function_model.h>
@@ -19,7 +20,7 @@ void check_size(const char* asked, const std::string& name, const char* what, Ei
                       " entries, function \"" + name + "\" expects " + std::to_string(expected));
 }
 
-matrix_t dense(const Pattern& pattern, const std::vector<double>& values, bool symmetric) {
+matrix_t dense(const Pattern& pattern, const double* values, bool symmetric) {
   matrix_t m =
       matrix_t::Zero(static_cast<Eigen::Index>(pattern.rows), static_cast<Eigen::Index>(pattern.cols));
   for (std::size_t k = 0; k < pattern.nnz(); ++k) {
@@ -39,6 +40,7 @@ std::ptrdiff_t first_not_finite(const double* values, std::size_t count) {
 namespace {
 
 using VectorRef = AdFunction::VectorRef;
+using codegen::StackDoubles;
 
 // One call of a compatible method.
 struct Call {
@@ -93,20 +95,23 @@ void check_values(const Call& call, const CompiledFunction& f, const double* y) 
   check_finite(call, f, Order::kValue, y, f.n_y(), [](std::size_t k) { return std::to_string(k); });
 }
 
-// Non-zeros of the Jacobian into the room; the value into y unless that is null.
-void run_jacobian(const Call& call, const CompiledFunction& f, double* y,
-                  detail::SharedFunction::Room& room) {
-  f.first_order(call.x.data(), call.p.data(), y, room.jacobian.data(), room.workspace);
+// The value into y unless that is null.
+StackDoubles jacobian_of(const Call& call, const detail::SharedFunction& shared, double* y) {
+  const CompiledFunction& f = shared.f;
+  StackDoubles values(f.jacobian_pattern().nnz());
+  shared.evaluate(Order::kFirst, {.x = call.x.data(), .p = call.p.data(), .y = y, .jacobian = values.data()});
   if (y) check_values(call, f, y);
-  check_finite(call, f, Order::kFirst, room.jacobian.data(), room.jacobian.size(),
-               place_in(f.jacobian_pattern()));
+  check_finite(call, f, Order::kFirst, values.data(), values.size(), place_in(f.jacobian_pattern()));
+  return values;
 }
 
-void run_hessian(const Call& call, const CompiledFunction& f, detail::SharedFunction::Room& room) {
-  f.second_order(call.x.data(), call.p.data(), call.weights, nullptr, nullptr, room.hessian.data(),
-                 room.workspace);
-  check_finite(call, f, Order::kSecond, room.hessian.data(), room.hessian.size(),
-               place_in(f.hessian_pattern()));
+StackDoubles hessian_of(const Call& call, const detail::SharedFunction& shared) {
+  const CompiledFunction& f = shared.f;
+  StackDoubles values(f.hessian_pattern().nnz());
+  shared.evaluate(Order::kSecond,
+                  {.x = call.x.data(), .p = call.p.data(), .w = call.weights, .hessian = values.data()});
+  check_finite(call, f, Order::kSecond, values.data(), values.size(), place_in(f.hessian_pattern()));
+  return values;
 }
 
 // Products of finite values may overflow.
@@ -121,8 +126,7 @@ void check_blocks(const Call& call, const CompiledFunction& f,
   check("dfdxx", a.dfdxx.data(), a.dfdxx.size());
 }
 
-Eigen::SparseMatrix<double> sparse(const Pattern& pattern, const std::vector<double>& values,
-                                   bool symmetric) {
+Eigen::SparseMatrix<double> sparse(const Pattern& pattern, const double* values, bool symmetric) {
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t k = 0; k < pattern.nnz(); ++k) {
     const auto i = static_cast<int>(pattern.row[k]), j = static_cast<int>(pattern.col[k]);
@@ -144,9 +148,8 @@ void AdFunction::check_inputs(const char* asked, const VectorRef& x, const Vecto
 vector_t AdFunction::getFunctionValue(const VectorRef& x, const VectorRef& p) const {
   const Model& m = model("getFunctionValue");
   check_inputs("getFunctionValue", x, p);
-  const auto room = m.shared.room();
   vector_t y(static_cast<Eigen::Index>(m.compiled().n_y()));
-  m.compiled().value(x.data(), p.data(), y.data(), room->workspace);
+  m.shared.evaluate(Order::kValue, {.x = x.data(), .p = p.data(), .y = y.data()});
   check_values({"getFunctionValue", name(), settings_.checkFinite, x, p}, m.compiled(), y.data());
   return y;
 }
@@ -154,17 +157,16 @@ vector_t AdFunction::getFunctionValue(const VectorRef& x, const VectorRef& p) co
 matrix_t AdFunction::getJacobian(const VectorRef& x, const VectorRef& p) const {
   const Model& m = model("getJacobian", Order::kFirst);
   check_inputs("getJacobian", x, p);
-  const auto room = m.shared.room();
-  run_jacobian({"getJacobian", name(), settings_.checkFinite, x, p}, m.compiled(), nullptr, *room);
-  return detail::dense(m.compiled().jacobian_pattern(), room->jacobian, false);
+  const StackDoubles J = jacobian_of({"getJacobian", name(), settings_.checkFinite, x, p}, m.shared, nullptr);
+  return detail::dense(m.compiled().jacobian_pattern(), J.data(), false);
 }
 
 Eigen::SparseMatrix<double> AdFunction::getSparseJacobian(const VectorRef& x, const VectorRef& p) const {
   const Model& m = model("getSparseJacobian", Order::kFirst);
   check_inputs("getSparseJacobian", x, p);
-  const auto room = m.shared.room();
-  run_jacobian({"getSparseJacobian", name(), settings_.checkFinite, x, p}, m.compiled(), nullptr, *room);
-  return sparse(m.compiled().jacobian_pattern(), room->jacobian, false);
+  const StackDoubles J =
+      jacobian_of({"getSparseJacobian", name(), settings_.checkFinite, x, p}, m.shared, nullptr);
+  return sparse(m.compiled().jacobian_pattern(), J.data(), false);
 }
 
 ScalarFunctionQuadraticApproximation AdFunction::getGaussNewtonApproximation(const VectorRef& x,
@@ -172,10 +174,9 @@ ScalarFunctionQuadraticApproximation AdFunction::getGaussNewtonApproximation(con
   constexpr const char* kAsked = "getGaussNewtonApproximation";
   const Model& m = model(kAsked, Order::kFirst);
   check_inputs(kAsked, x, p);
-  const auto room = m.shared.room();
   vector_t y(static_cast<Eigen::Index>(m.compiled().n_y()));
   const Call call{kAsked, name(), settings_.checkFinite, x, p};
-  run_jacobian(call, m.compiled(), y.data(), *room);
+  const StackDoubles nonzeros = jacobian_of(call, m.shared, y.data());
 
   const auto n = static_cast<Eigen::Index>(variable_dim_);
   ScalarFunctionQuadraticApproximation result;
@@ -183,7 +184,7 @@ ScalarFunctionQuadraticApproximation AdFunction::getGaussNewtonApproximation(con
   result.dfdx = vector_t::Zero(n);
   result.dfdxx = matrix_t::Zero(n, n);
   const Pattern& pattern = m.compiled().jacobian_pattern();
-  const std::vector<double>& J = room->jacobian;
+  const double* const J = nonzeros.data();
   for (std::size_t k = 0; k < pattern.nnz(); ++k) {
     result.dfdx[pattern.col[k]] += J[k] * y[pattern.row[k]];
     // The entries of a row follow each other: this one times itself and those before it in its row.
@@ -209,9 +210,9 @@ matrix_t AdFunction::getHessian(const VectorRef& weights, const VectorRef& x, co
   const Model& m = model("getHessian", Order::kSecond);
   detail::check_size("getHessian", name(), "weights", weights.size(), m.compiled().n_y());
   check_inputs("getHessian", x, p);
-  const auto room = m.shared.room();
-  run_hessian({"getHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.compiled(), *room);
-  return detail::dense(m.compiled().hessian_pattern(), room->hessian, true);
+  const StackDoubles H =
+      hessian_of({"getHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.shared);
+  return detail::dense(m.compiled().hessian_pattern(), H.data(), true);
 }
 
 Eigen::SparseMatrix<double> AdFunction::getSparseHessian(const VectorRef& weights, const VectorRef& x,
@@ -219,9 +220,9 @@ Eigen::SparseMatrix<double> AdFunction::getSparseHessian(const VectorRef& weight
   const Model& m = model("getSparseHessian", Order::kSecond);
   detail::check_size("getSparseHessian", name(), "weights", weights.size(), m.compiled().n_y());
   check_inputs("getSparseHessian", x, p);
-  const auto room = m.shared.room();
-  run_hessian({"getSparseHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.compiled(), *room);
-  return sparse(m.compiled().hessian_pattern(), room->hessian, true);
+  const StackDoubles H =
+      hessian_of({"getSparseHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.shared);
+  return sparse(m.compiled().hessian_pattern(), H.data(), true);
 }
 
 }  // namespace dyntape

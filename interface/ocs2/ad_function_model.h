@@ -9,8 +9,8 @@
 #include <vector>
 
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/run/workspace_pool.h>
 #include <dyntape/interface/ocs2/approximation.h>
-#include <dyntape/interface/robot/workspace_pool.h>
 
 namespace dyntape::detail {
 
@@ -19,32 +19,30 @@ void check_size(const char* asked, const std::string& name, const char* what, Ei
                 std::size_t expected);
 
 // Both triangles of a symmetric matrix from its lower triangle, or a Jacobian unchanged.
-matrix_t dense(const Pattern& pattern, const std::vector<double>& values, bool symmetric);
+matrix_t dense(const Pattern& pattern, const double* values, bool symmetric);
 
 // Index of the first entry that is not finite, or -1.
 std::ptrdiff_t first_not_finite(const double* values, std::size_t count);
 
 // A function that any number of threads may call.
 struct SharedFunction {
-  struct Room {
-    Room(const CompiledFunction& f, unsigned threads) : workspace(f, threads) {
-      if (f.order() >= Order::kFirst) jacobian.resize(f.jacobian_pattern().nnz());
-      if (f.order() >= Order::kSecond) hessian.resize(f.hessian_pattern().nnz());
-    }
-    CompiledFunction::Workspace workspace;
-    std::vector<double> jacobian, hessian;
-  };
-
   explicit SharedFunction(CompiledFunction compiled, unsigned share = 1)
       : f(std::move(compiled)), threads(share) {}
 
-  WorkspacePool<Room>::Lease room() const {
-    return pool.take([&] { return std::make_unique<Room>(f, threads); });
+  // A short function needs no workspace for one point.  Throws GuardViolation.
+  void evaluate(Order order, const Points& points) const {
+    Violation violation;
+    if (points.count != 1 || !f.run_without_workspace(order, points, violation)) {
+      const auto workspace =
+          pool.take([&] { return std::make_unique<CompiledFunction::Workspace>(f, threads); });
+      violation = f.run(order, points, *workspace);
+    }
+    if (violation) f.check(violation, points.count);
   }
 
   const CompiledFunction f;
   const unsigned threads;
-  mutable WorkspacePool<Room> pool;
+  mutable WorkspacePool<CompiledFunction::Workspace> pool;
 };
 
 // A value that one thread makes at the first request; after an exception the next request tries again.

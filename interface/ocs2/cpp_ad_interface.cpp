@@ -135,9 +135,9 @@ CppAdEvaluation CppAdInterface::getAll(const VectorRef& x, const VectorRef& p, c
   CppAdEvaluation all;
   all.value = vector_t::Map(y.data(), static_cast<Eigen::Index>(m));
   if (order >= ApproximationOrder::First)
-    all.jacobian = dyntape::detail::dense(function_.jacobianPattern(), jacobian, false);
+    all.jacobian = dyntape::detail::dense(function_.jacobianPattern(), jacobian.data(), false);
   if (order >= ApproximationOrder::Second)
-    all.hessian = dyntape::detail::dense(function_.hessianPattern(), hessian, true);
+    all.hessian = dyntape::detail::dense(function_.hessianPattern(), hessian.data(), true);
   return all;
 }
 

@@ -11,7 +11,7 @@
 
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/device_function.h>
-#include <dyntape/interface/robot/workspace_pool.h>
+#include <dyntape/codegen/run/workspace_pool.h>
 
 #include "arrays.h"
 

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/run/workspace_pool.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
-#include <dyntape/interface/robot/workspace_pool.h>
 
 #include "robots/lanes_route.h"
 

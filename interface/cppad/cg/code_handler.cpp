@@ -6,6 +6,8 @@
 #include <map>
 #include <sstream>
 
+#include <dyntape/autodiff/graph/dump.h>
+#include <dyntape/autodiff/graph/formulas.h>
 #include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/print/print_body.h>
 #include <dyntape/codegen/schedule/schedule.h>
@@ -49,27 +51,54 @@ bool is_single(const char* who, const std::string& type) {
   return type == "float";
 }
 
+std::string c_of(Function function, const PrintedLanguage& language, const PrintedNames& names) {
+  const bool single = is_single("LanguageC", language.type);
+  if (language.name.empty()) return block_of(std::move(function), names, single);
+  function.name = language.name;
+  CodegenOptions options;
+  options.order = Order::kValue;
+  codegen::EmbeddedOptions how;
+  how.single = single;
+  return generate_embedded(function, options, how).source.text;
+}
+
+// A drawing, or formulas.
+std::string readable(Function function, const PrintedLanguage& language, const PrintedNames& names) {
+  if (language.kind == PrintedLanguage::kDot) {
+    function.name = "algorithm";
+    for (std::size_t j = 0; j < function.n_x(); ++j)
+      function.input_names[0].push_back(names.independent + "[" + std::to_string(j) + "]");
+    for (std::size_t i = 0; i < function.n_y(); ++i)
+      function.output_names.push_back(names.dependent + "[" + std::to_string(i) + "]");
+    return to_dot(function, SIZE_MAX);
+  }
+  const FormulaStyle style{language.open, language.close, names.independent, names.dependent,
+                           names.temporary};
+  if (language.kind == PrintedLanguage::kLatex) return to_latex(function, style);
+  return "<!DOCTYPE html>\n<html>\n<head>\n<meta charset=\"utf-8\">\n<style>\n" + language.style +
+         "\n</style>\n<script>\n" + language.script + "\n</script>\n" + language.head +
+         "\n</head>\n<body>\n" + to_mathml(function, style) + "</body>\n</html>\n";
+}
+
 }  // namespace
 
-void print_recording(std::ostream& out, const std::vector<AD<double>>& y, const std::string& type,
-                     const std::string& name, const PrintedNames& names) {
-  const bool single = is_single("LanguageC", type);
+std::size_t print_recording(std::ostream& out, const std::vector<AD<double>>& y,
+                            const PrintedLanguage& language, const PrintedNames& names) {
   const auto recording = detail::recorded_so_far(y.data(), y.size());
   if (!recording->kernels.empty())
     detail::refuse("CodeHandler: the recording calls a function of the user, of which there is no C");
   Function function = *recording->function;
   function.outputs.resize(recording->range);  // without those of prints
   function = compact(function);
-  if (name.empty()) {
-    out << block_of(std::move(function), names, single);
-    return;
+  const std::size_t shared = shared_values(function);
+  if (language.kind == PrintedLanguage::kC) {
+    const std::string text = c_of(std::move(function), language, names);
+    out << text;
+    if (language.sources && !language.name.empty()) (*language.sources)[language.name + ".c"] = text;
+  } else {
+    out << readable(std::move(function), language, names);
   }
-  function.name = name;
-  CodegenOptions options;
-  options.order = Order::kValue;
-  codegen::EmbeddedOptions how;
-  how.single = single;
-  out << generate_embedded(function, options, how).source.text;
+  return shared;
 }
 
 }  // namespace CppAD::inline dyntape_names::cg

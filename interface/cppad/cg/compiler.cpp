@@ -7,6 +7,7 @@
 #include <iostream>
 #include <sstream>
 
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/system/process.h>
@@ -19,17 +20,32 @@ namespace files = std::filesystem;
 
 namespace {
 
-void run_compiler(const std::string& name, std::vector<std::string> arguments) {
+void run_compiler(const std::string& name, const std::vector<std::string>& arguments) {
   const auto compiler = codegen::find_compiler(name, {});
   if (!compiler) throw ToolError(codegen::no_compiler(name));
-  arguments.insert(arguments.begin(), compiler->path);
-  const auto done = codegen::run_all({{arguments, "", ""}}, {});
-  if (done[0].status != 0)
-    throw ToolError("`" + codegen::to_text(arguments) + "` ends with status " +
-                    std::to_string(done[0].status) + ": " + done[0].output);
+  system::callExecutable(compiler->path, arguments);
 }
 
 }  // namespace
+
+std::string system::getWorkingDirectory() { return files::current_path().string(); }
+
+std::string system::createPath(std::initializer_list<std::string> folders, const std::string& file) {
+  files::path path;
+  for (const std::string& folder : folders) path /= folder;
+  return (path / file).string();
+}
+
+void system::callExecutable(const std::string& executable, const std::vector<std::string>& arguments) {
+  std::vector<std::string> command = arguments;
+  command.insert(command.begin(), executable);
+  const auto done = codegen::run_all({{command, "", ""}}, {});
+  if (done[0].status != 0)
+    throw ToolError("`" + codegen::to_text(command) + "` ends with status " + std::to_string(done[0].status) +
+                    ": " + done[0].output);
+}
+
+std::string readStringFromFile(const std::string& path) { return read_file(path); }
 
 void CompilerOfC::compileSources(const std::map<std::string, std::string>& sources,
                                  bool position_independent) {

@@ -11,6 +11,7 @@
 // linking and folders of sources.
 #pragma once
 
+#include <initializer_list>
 #include <map>
 #include <set>
 #include <string>
@@ -75,6 +76,21 @@ template <class Base>
 struct ClangCompiler : AbstractCCompiler<Base> {
   explicit ClangCompiler(std::string path = "clang") : AbstractCCompiler<Base>(std::move(path)) {}
 };
+
+namespace system {
+template <class = void>
+struct SystemInfo {
+  inline static const std::string DYNAMIC_LIB_EXTENSION = ".so";
+};
+std::string getWorkingDirectory();
+std::string createPath(std::initializer_list<std::string> folders, const std::string& file);
+inline std::string createPath(const std::string& folder, const std::string& file) {
+  return createPath({folder}, file);
+}
+// ToolError, with what the program wrote, if it fails or does not exist.
+void callExecutable(const std::string& executable, const std::vector<std::string>& arguments);
+}  // namespace system
+std::string readStringFromFile(const std::string& path);  // FileError
 
 }  // namespace CppAD::inline dyntape_names::cg
 

@@ -205,13 +205,6 @@ template <class Base>
 using LinuxDynamicLib = DynamicLib<Base>;
 template <class Base>
 using LinuxDynamicLibModel = GenericModel<Base>;
-namespace system {
-template <class = void>
-struct SystemInfo {
-  inline static const std::string DYNAMIC_LIB_EXTENSION = ".so";
-};
-}  // namespace system
-
 template <class Base>
 class DynamicModelLibraryProcessor {
  public:

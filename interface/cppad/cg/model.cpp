@@ -3,123 +3,66 @@
 
 #include <algorithm>
 #include <map>
-#include <mutex>
 
+#include <dyntape/codegen/run/stack_doubles.h>
 #include <dyntape/interface/cppad/cg/detail/model.hxx>
 
 namespace CppAD::inline dyntape_names::cg {
 
+using codegen::StackDoubles;
 using Doubles = std::vector<double>;
 using Sizes = std::vector<std::size_t>;
 
 namespace {
 
-// Memory lent to a call.
-class LentWork {
- public:
-  explicit LentWork(const ModelState& state) : state_(state) {
-    is_first_ = !state.is_first_taken.exchange(true, std::memory_order_acquire);
-    if (is_first_) {
-      if (!state.first) state.first = std::make_unique<ModelState::Work>(state.function);
-      work_ = state.first.get();
-      return;
-    }
-    const std::scoped_lock lock(state.mutex);
-    if (!state.others.empty()) other_ = std::move(state.others.back()), state.others.pop_back();
-    if (!other_) other_ = std::make_unique<ModelState::Work>(state.function);
-    work_ = other_.get();
-  }
-  ~LentWork() {
-    if (is_first_) {
-      state_.is_first_taken.store(false, std::memory_order_release);
-    } else {
-      const std::scoped_lock lock(state_.mutex);
-      state_.others.push_back(std::move(other_));
-    }
-  }
-  LentWork(const LentWork&) = delete;
-  LentWork& operator=(const LentWork&) = delete;
-  ModelState::Work& operator*() const { return *work_; }
-
- private:
-  const ModelState& state_;
-  bool is_first_ = false;
-  std::unique_ptr<ModelState::Work> other_;
-  ModelState::Work* work_ = nullptr;
-};
-
-struct ModelResults {
-  Doubles y, jacobian, hessian;
-};
-
-void require_created(const ModelState& state, bool created, const char* what) {
-  if (!created)
-    detail::refuse(std::string(what) + " of model \"" + state.name + "\" was not created; setCreate" + what +
-                   "(true) does that");
+[[noreturn, gnu::noinline, gnu::cold]] void refuse_missing(const ModelState& state, const char* what) {
+  detail::refuse(std::string(what) + " of model \"" + state.name + "\" was not created; setCreate" + what +
+                 "(true) does that");
 }
-
-void require_size(const ModelState& state, const char* what, std::size_t got, std::size_t expected) {
-  if (got != expected)
-    detail::refuse("model \"" + state.name + "\": " + what + " has " + std::to_string(got) +
-                   " entries, expected " + std::to_string(expected));
+[[noreturn, gnu::noinline, gnu::cold]] void refuse_size(const ModelState& state, const char* what,
+                                                        std::size_t got, std::size_t expected) {
+  detail::refuse("model \"" + state.name + "\": " + what + " has " + std::to_string(got) +
+                 " entries, expected " + std::to_string(expected));
+}
+inline void require_created(const ModelState& state, bool created, const char* what) {
+  if (!created) refuse_missing(state, what);
+}
+inline void require_size(const ModelState& state, const char* what, std::size_t got, std::size_t expected) {
+  if (got != expected) refuse_size(state, what, got, expected);
 }
 
 // Results that are null are not computed.
-void evaluate_model(const ModelState& state, ModelState::Work& work, const double* x, const double* w,
-                    double* y, double* jacobian, double* hessian) {
-  const CompiledFunction& f = state.function;
-  const double* const p = state.recording->dynamics.data();
-  if (hessian)
-    f.second_order(x, p, w, y, jacobian, hessian, work.workspace);
-  else if (jacobian)
-    f.first_order(x, p, y, jacobian, work.workspace);
-  else
-    f.value(x, p, y, work.workspace);
-}
-
-ModelResults evaluate_model(const ModelState& state, Order order, const Doubles& x, const Doubles& w = {}) {
-  const CompiledFunction& f = state.function;
-  require_size(state, "x", x.size(), f.n_x());
-  ModelResults r;
-  r.y.resize(f.n_y());
-  if (order >= Order::kFirst) r.jacobian.resize(f.jacobian_pattern().nnz());
-  if (order == Order::kSecond) {
-    require_size(state, "w", w.size(), f.n_y());
-    r.hessian.resize(f.hessian_pattern().nnz());
+void evaluate_model(const ModelState& state, const double* x, const double* w, double* y, double* jacobian,
+                    double* hessian) {
+  const Order order = hessian ? Order::kSecond : jacobian ? Order::kFirst : Order::kValue;
+  if (order == Order::kSecond && !jacobian && state.hessian_is_zero) return;
+  const Points point{.x = x,
+                     .p = state.recording->dynamics.data(),
+                     .w = w,
+                     .y = y,
+                     .jacobian = jacobian,
+                     .hessian = hessian};
+  Violation violation;
+  if (!state.function.run_without_workspace(order, point, violation)) {
+    const auto workspace =
+        state.workspaces.take([&] { return std::make_unique<CompiledFunction::Workspace>(state.function); });
+    violation = state.function.run(order, point, *workspace);
   }
-  const LentWork work(state);
-  evaluate_model(state, *work, x.data(), w.data(), r.y.data(),
-                 order >= Order::kFirst ? r.jacobian.data() : nullptr,
-                 order == Order::kSecond ? r.hessian.data() : nullptr);
-  return r;
-}
-
-// The elements that were asked for, into the caller's memory; compute() fills the non-zeros of the pattern.
-template <class Compute>
-void fill_elements(const ModelState& state, const ModelState::Elements& elements, std::size_t nonzeros,
-                   ArrayView<double> values, Compute compute) {
-  require_size(state, "the array of values", values.size(), elements.place.size());
-  const LentWork work(state);
-  if (elements.is_pattern && nonzeros > 0) return compute(*work, values.data());
-  (*work).values.resize(std::max<std::size_t>(nonzeros, 1));
-  const double* const all = (*work).values.data();
-  compute(*work, (*work).values.data());
-  for (std::size_t k = 0; k < values.size(); ++k)
-    values.data()[k] = elements.place[k] == SIZE_MAX ? 0 : all[elements.place[k]];
+  if (violation) state.function.check(violation);
 }
 
 // From the non-zeros of a pattern to the elements that were asked for.
-Doubles elements_of(const Doubles& values, const std::vector<std::size_t>& places) {
-  Doubles elements;
-  for (std::size_t place : places) elements.push_back(place == SIZE_MAX ? 0 : values[place]);
-  return elements;
+void gather(const ModelState::Elements& elements, const double* nonzeros, double* values) {
+  for (std::size_t k = 0; k < elements.place.size(); ++k)
+    values[k] = elements.place[k] == SIZE_MAX ? 0 : nonzeros[elements.place[k]];
 }
-
-Doubles spread_elements(const Doubles& values, const Sizes& row, const Sizes& col, std::size_t rows,
-                        std::size_t cols) {
-  Doubles dense(rows * cols, 0.0);
-  for (std::size_t k = 0; k < values.size(); ++k) dense[row[k] * cols + col[k]] = values[k];
-  return dense;
+void spread(const ModelState::Elements& elements, const double* nonzeros, std::size_t cols,
+            ArrayView<double> dense) {
+  std::fill(dense.begin(), dense.end(), 0.0);
+  for (std::size_t k = 0; k < elements.place.size(); ++k) {
+    if (elements.place[k] != SIZE_MAX)
+      dense[elements.row[k] * cols + elements.col[k]] = nonzeros[elements.place[k]];
+  }
 }
 
 std::vector<std::size_t> places_in(const Pattern& pattern, const Sizes& row, const Sizes& col,
@@ -161,28 +104,36 @@ void choose_elements(const Pattern& pattern, bool symmetric, const Sizes& rows, 
     elements.is_pattern = elements.is_pattern && elements.place[k] == k;
 }
 
-Doubles half(const Doubles& t, std::size_t k) {
-  Doubles x;
-  for (std::size_t j = k; j < t.size(); j += 2) x.push_back(t[j]);
+// Entries k, k + 2, ... of Taylor coefficients.
+Doubles half(ArrayView<const double> t, std::size_t k) {
+  Doubles x(t.size() / 2);
+  for (std::size_t j = 0; j < x.size(); ++j) x[j] = t[2 * j + k];
   return x;
 }
 
-// px += J^T py
-Doubles transposed_product(const Pattern& pattern, const Doubles& jacobian, const Doubles& py) {
-  Doubles px(pattern.cols, 0.0);
-  for (std::size_t k = 0; k < pattern.nnz(); ++k) px[pattern.col[k]] += jacobian[k] * py[pattern.row[k]];
-  return px;
+// px[stride j] += (J^T py)[j]
+void add_transposed_product(const Pattern& J, const double* values, const double* py, double* px,
+                            std::size_t stride) {
+  for (std::size_t k = 0; k < J.nnz(); ++k) px[stride * J.col[k]] += values[k] * py[J.row[k]];
 }
 
 }  // namespace
 
 ModelState::ModelState(std::string n, ModelChoice c, CompiledFunction f,
                        std::shared_ptr<const detail::Recording<double>> r)
-    : name(std::move(n)), choice(std::move(c)), function(std::move(f)), recording(std::move(r)) {
+    : name(std::move(n)),
+      choice(std::move(c)),
+      function(std::move(f)),
+      recording(std::move(r)),
+      n_x(function.n_x()),
+      n_y(function.n_y()),
+      jacobian_pattern(function.order() >= Order::kFirst ? function.jacobian_pattern() : no_pattern),
+      hessian_pattern(function.order() == Order::kSecond ? function.hessian_pattern() : no_pattern),
+      hessian_is_zero(hessian_pattern.nnz() == 0 && function.function().guards.empty()) {
   if (function.order() >= Order::kFirst)
-    choose_elements(function.jacobian_pattern(), false, choice.jacobian_rows, choice.jacobian_cols, jacobian);
+    choose_elements(jacobian_pattern, false, choice.jacobian_rows, choice.jacobian_cols, jacobian);
   if (function.order() == Order::kSecond)
-    choose_elements(function.hessian_pattern(), true, choice.hessian_rows, choice.hessian_cols, hessian);
+    choose_elements(hessian_pattern, true, choice.hessian_rows, choice.hessian_cols, hessian);
 }
 
 template <class Base>
@@ -195,11 +146,11 @@ const std::string& GenericModel<Base>::getName() const {
 }
 template <class Base>
 std::size_t GenericModel<Base>::Domain() const {
-  return state_->function.n_x();
+  return state_->n_x;
 }
 template <class Base>
 std::size_t GenericModel<Base>::Range() const {
-  return state_->function.n_y();
+  return state_->n_y;
 }
 template <class Base>
 const ModelChoice& GenericModel<Base>::choice() const {
@@ -207,108 +158,119 @@ const ModelChoice& GenericModel<Base>::choice() const {
 }
 
 template <class Base>
-Doubles GenericModel<Base>::zero(const Doubles& x) const {
-  require_created(*state_, choice().forward_zero, "ForwardZero");
-  return evaluate_model(*state_, Order::kValue, x).y;
-}
-template <class Base>
-void GenericModel<Base>::write_zero(ArrayView<const double> x, ArrayView<double> y) const {
+void GenericModel<Base>::zero(In x, Out y) const {
   require_created(*state_, choice().forward_zero, "ForwardZero");
   require_size(*state_, "x", x.size(), Domain());
   require_size(*state_, "y", y.size(), Range());
-  const LentWork work(*state_);
-  evaluate_model(*state_, *work, x.data(), nullptr, y.data(), nullptr, nullptr);
+  evaluate_model(*state_, x.data(), nullptr, y.data(), nullptr, nullptr);
 }
 template <class Base>
-void GenericModel<Base>::write_jacobian(ArrayView<const double> x, ArrayView<double> values) const {
-  require_created(*state_, choice().sparse_jacobian, "SparseJacobian");
+void GenericModel<Base>::dense_jacobian(In x, Out J) const {
+  require_created(*state_, choice().jacobian, "Jacobian");
   require_size(*state_, "x", x.size(), Domain());
-  fill_elements(*state_, state_->jacobian, state_->function.jacobian_pattern().nnz(), values,
-                [&](ModelState::Work& work, double* nonzeros) {
-                  evaluate_model(*state_, work, x.data(), nullptr, nullptr, nonzeros, nullptr);
-                });
+  require_size(*state_, "the Jacobian", J.size(), Range() * Domain());
+  const Pattern& p = state_->jacobian_pattern;
+  if (J.size() == p.nnz() && p.nnz() > 0)  // row by row, as the pattern
+    return evaluate_model(*state_, x.data(), nullptr, nullptr, J.data(), nullptr);
+  StackDoubles values(p.nnz());
+  evaluate_model(*state_, x.data(), nullptr, nullptr, values.data(), nullptr);
+  std::fill(J.begin(), J.end(), 0.0);
+  for (std::size_t k = 0; k < p.nnz(); ++k) J[p.row[k] * p.cols + p.col[k]] = values.data()[k];
 }
 template <class Base>
-void GenericModel<Base>::write_hessian(ArrayView<const double> x, ArrayView<const double> w,
-                                       ArrayView<double> values) const {
-  require_created(*state_, choice().sparse_hessian, "SparseHessian");
+void GenericModel<Base>::dense_hessian(In x, In w, Out H) const {
+  require_created(*state_, choice().hessian, "Hessian");
   require_size(*state_, "x", x.size(), Domain());
   require_size(*state_, "w", w.size(), Range());
-  fill_elements(*state_, state_->hessian, state_->function.hessian_pattern().nnz(), values,
-                [&](ModelState::Work& work, double* nonzeros) {
-                  evaluate_model(*state_, work, x.data(), w.data(), nullptr, nullptr, nonzeros);
-                });
-}
-template <class Base>
-Doubles GenericModel<Base>::dense_jacobian(const Doubles& x) const {
-  require_created(*state_, choice().jacobian, "Jacobian");
-  const Pattern& p = state_->function.jacobian_pattern();
-  const Doubles values = evaluate_model(*state_, Order::kFirst, x).jacobian;
-  Doubles J(p.rows * p.cols, 0.0);
-  for (std::size_t k = 0; k < p.nnz(); ++k) J[p.row[k] * p.cols + p.col[k]] = values[k];
-  return J;
-}
-template <class Base>
-Doubles GenericModel<Base>::dense_hessian(const Doubles& x, const Doubles& w) const {
-  require_created(*state_, choice().hessian, "Hessian");
-  const Pattern& p = state_->function.hessian_pattern();
-  const Doubles values = evaluate_model(*state_, Order::kSecond, x, w).hessian;
-  Doubles H(p.rows * p.cols, 0.0);
+  require_size(*state_, "the Hessian", H.size(), Domain() * Domain());
+  const Pattern& p = state_->hessian_pattern;
+  StackDoubles values(p.nnz());
+  evaluate_model(*state_, x.data(), w.data(), nullptr, nullptr, values.data());
+  if (2 * p.nnz() != p.rows * (p.rows + 1)) std::fill(H.begin(), H.end(), 0.0);
   for (std::size_t k = 0; k < p.nnz(); ++k)
-    H[p.row[k] * p.cols + p.col[k]] = H[p.col[k] * p.cols + p.row[k]] = values[k];
-  return H;
+    H[p.row[k] * p.cols + p.col[k]] = H[p.col[k] * p.cols + p.row[k]] = values.data()[k];
 }
 template <class Base>
-Doubles GenericModel<Base>::first_order(const Doubles& tx) const {
+void GenericModel<Base>::first_order(In tx, Out dy) const {
   require_created(*state_, choice().forward_one, "ForwardOne");
   require_size(*state_, "tx", tx.size(), 2 * Domain());
-  const Doubles jacobian = evaluate_model(*state_, Order::kFirst, half(tx, 0)).jacobian, dx = half(tx, 1);
-  const Pattern& p = state_->function.jacobian_pattern();
-  Doubles dy(p.rows, 0.0);
-  for (std::size_t k = 0; k < p.nnz(); ++k) dy[p.row[k]] += jacobian[k] * dx[p.col[k]];
-  return dy;
+  require_size(*state_, "dy", dy.size(), Range());
+  const Pattern& p = state_->jacobian_pattern;
+  StackDoubles values(p.nnz());
+  evaluate_model(*state_, half(tx, 0).data(), nullptr, nullptr, values.data(), nullptr);
+  std::fill(dy.begin(), dy.end(), 0.0);
+  for (std::size_t k = 0; k < p.nnz(); ++k) dy[p.row[k]] += values.data()[k] * tx[2 * p.col[k] + 1];
 }
 template <class Base>
-Doubles GenericModel<Base>::adjoint(const Doubles& x, const Doubles& py) const {
+void GenericModel<Base>::adjoint(In x, In py, Out px) const {
   require_created(*state_, choice().reverse_one, "ReverseOne");
+  require_size(*state_, "x", x.size(), Domain());
   require_size(*state_, "py", py.size(), Range());
-  const Doubles jacobian = evaluate_model(*state_, Order::kFirst, x).jacobian;
-  return transposed_product(state_->function.jacobian_pattern(), jacobian, py);
+  require_size(*state_, "px", px.size(), Domain());
+  StackDoubles values(state_->jacobian_pattern.nnz());
+  evaluate_model(*state_, x.data(), nullptr, nullptr, values.data(), nullptr);
+  std::fill(px.begin(), px.end(), 0.0);
+  add_transposed_product(state_->jacobian_pattern, values.data(), py.data(), px.data(), 1);
 }
 template <class Base>
-Doubles GenericModel<Base>::adjoint_two(const Doubles& tx, const Doubles& py) const {
+void GenericModel<Base>::adjoint_two(In tx, In py, Out px) const {
   require_created(*state_, choice().reverse_two, "ReverseTwo");
   require_size(*state_, "tx", tx.size(), 2 * Domain());
   require_size(*state_, "py", py.size(), 2 * Range());
-  const Doubles w = half(py, 1), dx = half(tx, 1);
-  const ModelResults r = evaluate_model(*state_, Order::kSecond, half(tx, 0), w);
-  const Pattern &J = state_->function.jacobian_pattern(), &H = state_->function.hessian_pattern();
-  const Doubles first = transposed_product(J, r.jacobian, w);
-  Doubles zeroth = transposed_product(J, r.jacobian, half(py, 0)), px;
+  require_size(*state_, "px", px.size(), 2 * Domain());
+  const Pattern &J = state_->jacobian_pattern, &H = state_->hessian_pattern;
+  const Doubles x = half(tx, 0), w = half(py, 1), zeroth = half(py, 0);
+  StackDoubles first(J.nnz()), second(H.nnz());
+  evaluate_model(*state_, x.data(), w.data(), nullptr, first.data(), second.data());
+  std::fill(px.begin(), px.end(), 0.0);
+  add_transposed_product(J, first.data(), zeroth.data(), px.data(), 2);
+  add_transposed_product(J, first.data(), w.data(), px.data() + 1, 2);
   for (std::size_t k = 0; k < H.nnz(); ++k) {
-    zeroth[H.row[k]] += r.hessian[k] * dx[H.col[k]];
-    if (H.row[k] != H.col[k]) zeroth[H.col[k]] += r.hessian[k] * dx[H.row[k]];
+    px[2 * H.row[k]] += second.data()[k] * tx[2 * H.col[k] + 1];
+    if (H.row[k] != H.col[k]) px[2 * H.col[k]] += second.data()[k] * tx[2 * H.row[k] + 1];
   }
-  for (std::size_t j = 0; j < first.size(); ++j) px.insert(px.end(), {zeroth[j], first[j]});
-  return px;
 }
 template <class Base>
-Doubles GenericModel<Base>::jacobian_values(const Doubles& x) const {
+void GenericModel<Base>::jacobian_values(In x, Out values) const {
   require_created(*state_, choice().sparse_jacobian, "SparseJacobian");
-  return elements_of(evaluate_model(*state_, Order::kFirst, x).jacobian, state_->jacobian.place);
+  require_size(*state_, "x", x.size(), Domain());
+  require_size(*state_, "the array of values", values.size(), jacobian_rows().size());
+  if (state_->jacobian.is_pattern && values.size() > 0)
+    return evaluate_model(*state_, x.data(), nullptr, nullptr, values.data(), nullptr);
+  StackDoubles all(state_->jacobian_pattern.nnz());
+  evaluate_model(*state_, x.data(), nullptr, nullptr, all.data(), nullptr);
+  gather(state_->jacobian, all.data(), values.data());
 }
 template <class Base>
-Doubles GenericModel<Base>::hessian_values(const Doubles& x, const Doubles& w) const {
+void GenericModel<Base>::hessian_values(In x, In w, Out values) const {
   require_created(*state_, choice().sparse_hessian, "SparseHessian");
-  return elements_of(evaluate_model(*state_, Order::kSecond, x, w).hessian, state_->hessian.place);
+  require_size(*state_, "x", x.size(), Domain());
+  require_size(*state_, "w", w.size(), Range());
+  require_size(*state_, "the array of values", values.size(), hessian_rows().size());
+  if (state_->hessian.is_pattern && values.size() > 0)
+    return evaluate_model(*state_, x.data(), w.data(), nullptr, nullptr, values.data());
+  StackDoubles all(state_->hessian_pattern.nnz());
+  evaluate_model(*state_, x.data(), w.data(), nullptr, nullptr, all.data());
+  gather(state_->hessian, all.data(), values.data());
 }
 template <class Base>
-Doubles GenericModel<Base>::spread_jacobian(const Doubles& x) const {
-  return spread_elements(jacobian_values(x), jacobian_rows(), jacobian_cols(), Range(), Domain());
+void GenericModel<Base>::spread_jacobian(In x, Out J) const {
+  require_created(*state_, choice().sparse_jacobian, "SparseJacobian");
+  require_size(*state_, "x", x.size(), Domain());
+  require_size(*state_, "the Jacobian", J.size(), Range() * Domain());
+  StackDoubles all(state_->jacobian_pattern.nnz());
+  evaluate_model(*state_, x.data(), nullptr, nullptr, all.data(), nullptr);
+  spread(state_->jacobian, all.data(), Domain(), J);
 }
 template <class Base>
-Doubles GenericModel<Base>::spread_hessian(const Doubles& x, const Doubles& w) const {
-  return spread_elements(hessian_values(x, w), hessian_rows(), hessian_cols(), Domain(), Domain());
+void GenericModel<Base>::spread_hessian(In x, In w, Out H) const {
+  require_created(*state_, choice().sparse_hessian, "SparseHessian");
+  require_size(*state_, "x", x.size(), Domain());
+  require_size(*state_, "w", w.size(), Range());
+  require_size(*state_, "the Hessian", H.size(), Domain() * Domain());
+  StackDoubles all(state_->hessian_pattern.nnz());
+  evaluate_model(*state_, x.data(), w.data(), nullptr, nullptr, all.data());
+  spread(state_->hessian, all.data(), Domain(), H);
 }
 template <class Base>
 Doubles GenericModel<Base>::weight(std::size_t i) const {

@@ -37,6 +37,12 @@ class ArrayView {
     { &v[0] } -> std::convertible_to<Type*>;
   }  // NOLINTNEXTLINE: vectors are passed as views
   ArrayView(Vector& v) : data_(v.size() > 0 ? &v[0] : nullptr), size_(std::size_t(v.size())) {}
+  template <class Vector>
+  requires requires(const Vector& v) {
+    v.size();
+    { &v[0] } -> std::convertible_to<Type*>;
+  }  // NOLINTNEXTLINE: also temporary ones
+  ArrayView(const Vector& v) : data_(v.size() > 0 ? &v[0] : nullptr), size_(std::size_t(v.size())) {}
   ArrayView(const ArrayView&) = default;
   // Copies the elements, of which there are as many.
   ArrayView& operator=(const ArrayView& other) { return copy(other), *this; }
@@ -86,6 +92,8 @@ class GenericModel {
   static_assert(std::is_same_v<Base, double>, "GenericModel<Base>: Base is double");
 
  public:
+  using In = ArrayView<const double>;
+  using Out = ArrayView<double>;
   using Doubles = std::vector<double>;
   using Sizes = std::vector<std::size_t>;
   using Sets = std::vector<std::set<std::size_t>>;
@@ -119,103 +127,94 @@ class GenericModel {
   // --- values: (n) -> (m) ---
   template <class Vector>
   Vector ForwardZero(const Vector& x) const {
-    if constexpr (kIsContiguous<Vector>) {
-      Vector y(Range());
-      write_zero(x, y);
-      return y;
-    } else {
-      return made<Vector>(zero(read(x)));
-    }
+    return made<Vector>(Range(), [&](Out y) { zero(in(x), y); });
   }
   template <class Vector>
   void ForwardZero(const Vector& x, Vector& y) const {
-    if constexpr (kIsContiguous<Vector>) {
-      write_zero(x, y);
-    } else {
-      write(zero(read(x)), y);
-    }
+    into(y, [&](Out out) { zero(in(x), out); });
   }
-  void ForwardZero(ArrayView<const double> x, ArrayView<double> y) const { write_zero(x, y); }
+  void ForwardZero(In x, Out y) const { zero(x, y); }
 
   // --- dense derivatives, row by row ---
   template <class Vector>
   Vector Jacobian(const Vector& x) const {
-    return made<Vector>(dense_jacobian(read(x)));
+    return made<Vector>(Range() * Domain(), [&](Out J) { dense_jacobian(in(x), J); });
   }
   template <class Vector>
   void Jacobian(const Vector& x, Vector& J) const {
-    write(dense_jacobian(read(x)), J);
+    into(J, [&](Out out) { dense_jacobian(in(x), out); });
   }
-  void Jacobian(ArrayView<const double> x, ArrayView<double> J) const { write(dense_jacobian(read(x)), J); }
+  void Jacobian(In x, Out J) const { dense_jacobian(x, J); }
   template <class Vector>
   Vector Hessian(const Vector& x, const Vector& w) const {
-    return made<Vector>(dense_hessian(read(x), read(w)));
+    return made<Vector>(Domain() * Domain(), [&](Out H) { dense_hessian(in(x), in(w), H); });
   }
   template <class Vector>
   Vector Hessian(const Vector& x, std::size_t i) const {
-    return made<Vector>(dense_hessian(read(x), weight(i)));
+    return made<Vector>(Domain() * Domain(), [&](Out H) { dense_hessian(in(x), weight(i), H); });
   }
   template <class Vector>
   void Hessian(const Vector& x, const Vector& w, Vector& H) const {
-    write(dense_hessian(read(x), read(w)), H);
+    into(H, [&](Out out) { dense_hessian(in(x), in(w), out); });
   }
-  void Hessian(ArrayView<const double> x, ArrayView<const double> w, ArrayView<double> H) const {
-    write(dense_hessian(read(x), read(w)), H);
-  }
+  void Hessian(In x, In w, Out H) const { dense_hessian(x, w, H); }
 
   // --- directions, by Taylor coefficients [j 2 + k] ---
   template <class Vector>
   Vector ForwardOne(const Vector& tx) const {  // tx (2 n) -> dy (m)
-    return made<Vector>(first_order(read(tx)));
+    return made<Vector>(Range(), [&](Out dy) { first_order(in(tx), dy); });
   }
   template <class Vector>
   void ForwardOne(const Vector& tx, Vector& ty) const {  // ty (2 m): its second halves
-    const Doubles dy = first_order(read(tx));
+    Doubles dy(Range());
+    first_order(in(tx), dy);
     for (std::size_t i = 0; i < dy.size(); ++i) ty[2 * i + 1] = dy[i];
   }
   template <class Vector>
   Vector ReverseOne(const Vector& tx, const Vector&, const Vector& py) const {  // x (n), py (m) -> px (n)
-    return made<Vector>(adjoint(read(tx), read(py)));
+    return made<Vector>(Domain(), [&](Out px) { adjoint(in(tx), in(py), px); });
   }
   template <class Vector>
   void ReverseOne(const Vector& tx, const Vector&, Vector& px, const Vector& py) const {
-    write(adjoint(read(tx), read(py)), px);
+    into(px, [&](Out out) { adjoint(in(tx), in(py), out); });
   }
   template <class Vector>
   Vector ReverseTwo(const Vector& tx, const Vector&, const Vector& py) const {  // (2 n), (2 m) -> px (2 n)
-    return made<Vector>(adjoint_two(read(tx), read(py)));
+    return made<Vector>(2 * Domain(), [&](Out px) { adjoint_two(in(tx), in(py), px); });
   }
   template <class Vector>
   void ReverseTwo(const Vector& tx, const Vector&, Vector& px, const Vector& py) const {
-    write(adjoint_two(read(tx), read(py)), px);
+    into(px, [&](Out out) { adjoint_two(in(tx), in(py), out); });
   }
 
   // --- sparse derivatives ---
   template <class Vector>
   Vector SparseJacobian(const Vector& x) const {  // dense, row by row
-    return made<Vector>(spread_jacobian(read(x)));
+    return made<Vector>(Range() * Domain(), [&](Out J) { spread_jacobian(in(x), J); });
   }
   template <class Vector, class SizeVector>
   void SparseJacobian(const Vector& x, Vector& values, SizeVector& row, SizeVector& col) const {
-    fill(jacobian_values(read(x)), jacobian_rows(), jacobian_cols(), values, row, col);
+    values.resize(jacobian_rows().size());
+    into(values, [&](Out out) { jacobian_values(in(x), out); });
+    copy_sizes(jacobian_rows(), row), copy_sizes(jacobian_cols(), col);
   }
-  void SparseJacobian(ArrayView<const double> x, ArrayView<double> values, const std::size_t** row,
-                      const std::size_t** col) const {
-    write_jacobian(x, values);
+  void SparseJacobian(In x, Out values, const std::size_t** row, const std::size_t** col) const {
+    jacobian_values(x, values);
     *row = jacobian_rows().data(), *col = jacobian_cols().data();
   }
   template <class Vector>
   Vector SparseHessian(const Vector& x, const Vector& w) const {
-    return made<Vector>(spread_hessian(read(x), read(w)));
+    return made<Vector>(Domain() * Domain(), [&](Out H) { spread_hessian(in(x), in(w), H); });
   }
   template <class Vector, class SizeVector>
   void SparseHessian(const Vector& x, const Vector& w, Vector& values, SizeVector& row,
                      SizeVector& col) const {
-    fill(hessian_values(read(x), read(w)), hessian_rows(), hessian_cols(), values, row, col);
+    values.resize(hessian_rows().size());
+    into(values, [&](Out out) { hessian_values(in(x), in(w), out); });
+    copy_sizes(hessian_rows(), row), copy_sizes(hessian_cols(), col);
   }
-  void SparseHessian(ArrayView<const double> x, ArrayView<const double> w, ArrayView<double> values,
-                     const std::size_t** row, const std::size_t** col) const {
-    write_hessian(x, w, values);
+  void SparseHessian(In x, In w, Out values, const std::size_t** row, const std::size_t** col) const {
+    hessian_values(x, w, values);
     *row = hessian_rows().data(), *col = hessian_cols().data();
   }
 
@@ -234,50 +233,55 @@ class GenericModel {
   };
 
   const ModelChoice& choice() const;
-  // Into the caller's memory, without allocations.
-  void write_zero(ArrayView<const double> x, ArrayView<double> y) const;
-  void write_jacobian(ArrayView<const double> x, ArrayView<double> values) const;
-  void write_hessian(ArrayView<const double> x, ArrayView<const double> w, ArrayView<double> values) const;
-  Doubles zero(const Doubles& x) const;
-  Doubles dense_jacobian(const Doubles& x) const;
-  Doubles dense_hessian(const Doubles& x, const Doubles& w) const;
-  Doubles first_order(const Doubles& tx) const;
-  Doubles adjoint(const Doubles& x, const Doubles& py) const;
-  Doubles adjoint_two(const Doubles& tx, const Doubles& py) const;
-  Doubles jacobian_values(const Doubles& x) const;
-  Doubles hessian_values(const Doubles& x, const Doubles& w) const;
-  Doubles spread_jacobian(const Doubles& x) const;
-  Doubles spread_hessian(const Doubles& x, const Doubles& w) const;
+  // Into the caller's memory, whose size is checked.
+  void zero(In x, Out y) const;
+  void dense_jacobian(In x, Out J) const;
+  void dense_hessian(In x, In w, Out H) const;
+  void first_order(In tx, Out dy) const;
+  void adjoint(In x, In py, Out px) const;
+  void adjoint_two(In tx, In py, Out px) const;
+  void jacobian_values(In x, Out values) const;
+  void hessian_values(In x, In w, Out values) const;
+  void spread_jacobian(In x, Out J) const;
+  void spread_hessian(In x, In w, Out H) const;
   Doubles weight(std::size_t i) const;
   const Sizes& jacobian_rows() const;
   const Sizes& jacobian_cols() const;
   const Sizes& hessian_rows() const;
   const Sizes& hessian_cols() const;
 
+  // The entries of a vector where they are, or copies of them.
   template <class Vector>
-  static Doubles read(const Vector& v) {
-    Doubles copy(std::size_t(v.size()));
-    for (std::size_t i = 0; i < copy.size(); ++i) copy[i] = v[i];
-    return copy;
+  static auto in(const Vector& v) {
+    if constexpr (kIsContiguous<Vector>) {
+      return In(v.data(), std::size_t(v.size()));
+    } else {
+      Doubles copy(std::size_t(v.size()));
+      for (std::size_t i = 0; i < copy.size(); ++i) copy[i] = v[i];
+      return copy;
+    }
   }
-  template <class Vector>
-  static Vector made(const Doubles& values) {
-    Vector v(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i) v[i] = values[i];
+  // write(view) computes the entries of a vector.
+  template <class Vector, class Write>
+  static void into(Vector& v, const Write& write) {
+    if constexpr (kIsContiguous<Vector>) {
+      write(Out(v.data(), std::size_t(v.size())));
+    } else {
+      Doubles values(std::size_t(v.size()));
+      write(values);
+      for (std::size_t i = 0; i < values.size(); ++i) v[i] = values[i];
+    }
+  }
+  template <class Vector, class Write>
+  static Vector made(std::size_t n, const Write& write) {
+    Vector v(n);
+    into(v, write);
     return v;
   }
-  template <class Vector>
-  static void write(const Doubles& values, Vector& v) {
-    if (std::size_t(v.size()) != values.size())
-      detail::refuse("GenericModel: a result has " + std::to_string(values.size()) +
-                     " entries, and room for " + std::to_string(v.size()));
-    for (std::size_t i = 0; i < values.size(); ++i) v[i] = values[i];
-  }
-  template <class Vector, class SizeVector>
-  static void fill(const Doubles& values, const Sizes& rows, const Sizes& cols, Vector& v, SizeVector& row,
-                   SizeVector& col) {
-    v.resize(values.size()), row.resize(rows.size()), col.resize(cols.size());
-    for (std::size_t k = 0; k < values.size(); ++k) v[k] = values[k], row[k] = rows[k], col[k] = cols[k];
+  template <class SizeVector>
+  static void copy_sizes(const Sizes& from, SizeVector& to) {
+    to.resize(from.size());
+    for (std::size_t k = 0; k < from.size(); ++k) to[k] = from[k];
   }
   static Sets sets(std::size_t n, const Sizes& rows, const Sizes& cols) {
     Sets all(n);

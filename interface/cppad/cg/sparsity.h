@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// CppADCodeGen's functions of sparsity patterns.
+// CppADCodeGen's functions of sparsity patterns and of sparse derivatives.
 //
 //   auto sets = jacobianSparsitySet<std::vector<std::set<size_t>>, double>(f);      // one set for each row
 //   auto bools = hessianSparsity<std::vector<bool>, double>(f);                     // of the sum of the results, row by row
 //   generateSparsityIndexes(sets, rows, cols);
+//   SparseForjacHessianWork work;                                                   // of one function and its patterns
+//   sparseForJacHessian(f, x, w, y, sets, jrow, jcol, jac, hes_sets, hrow, hcol, hes, work);
 #pragma once
 
 #include <set>
@@ -131,6 +133,39 @@ template <class A, class B, class Result>
 void multMatrixMatrixSparsityTrans(const A& a_transposed, const B& b, Result& result, std::size_t m,
                                    std::size_t n, std::size_t q) {
   multMatrixTransMatrixSparsity(b, a_transposed, result, m, n, q);
+}
+
+// --- value, Jacobian and Hessian at the entries (row, col); returns the number of sweeps ---
+struct SparseForjacHessianWork {
+  sparse_jacobian_work jac;
+  sparse_hessian_work hes;
+  void clear() { *this = {}; }
+};
+// Of several weights at once: w and hes are vectors of vectors.
+template <class Base, class Vector, class Weights, class VectorSet, class SizeVector>
+std::size_t sparseForJacHessian(ADFun<Base>& f, const Vector& x, const Weights& w, Vector& y,
+                                const VectorSet& jac_pattern, const SizeVector& jac_row,
+                                const SizeVector& jac_col, Vector& jac, const VectorSet& hes_pattern,
+                                const SizeVector& hes_row, const SizeVector& hes_col, Weights& hes,
+                                SparseForjacHessianWork& work) {
+  std::size_t sweeps = f.SparseJacobianForward(x, jac_pattern, jac_row, jac_col, jac, work.jac);
+  for (std::size_t k = 0; k < std::size_t(w.size()); ++k)
+    sweeps += f.SparseHessian(x, w[k], hes_pattern, hes_row, hes_col, hes[k], work.hes);
+  y = f.Forward(0, x);
+  return sweeps;
+}
+template <class Base, class Vector, class VectorSet, class SizeVector>
+std::size_t sparseForJacHessian(ADFun<Base>& f, const Vector& x, const Vector& w, Vector& y,
+                                const VectorSet& jac_pattern, const SizeVector& jac_row,
+                                const SizeVector& jac_col, Vector& jac, const VectorSet& hes_pattern,
+                                const SizeVector& hes_row, const SizeVector& hes_col, Vector& hes,
+                                SparseForjacHessianWork& work) {
+  const std::vector<Vector> weights{w};
+  std::vector<Vector> hessians{hes};
+  const std::size_t sweeps = sparseForJacHessian(f, x, weights, y, jac_pattern, jac_row, jac_col, jac,
+                                                 hes_pattern, hes_row, hes_col, hessians, work);
+  hes = hessians[0];
+  return sweeps;
 }
 
 // --- printing ---

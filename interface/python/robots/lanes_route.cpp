@@ -17,9 +17,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/run/workspace_pool.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/robot/packs/packed_robot.h>
-#include <dyntape/interface/robot/workspace_pool.h>
 
 namespace dyntape::python {
 namespace {

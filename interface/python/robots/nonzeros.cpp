@@ -8,7 +8,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/graph/nonzero_outputs.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/interface/robot/workspace_pool.h>
+#include <dyntape/codegen/run/workspace_pool.h>
 
 #include "../robot.h"
 

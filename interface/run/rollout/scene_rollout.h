@@ -25,8 +25,8 @@
 #include <memory>
 #include <stop_token>
 
+#include <dyntape/codegen/run/workspace_pool.h>
 #include <dyntape/interface/files/scene/scene.h>
-#include <dyntape/interface/robot/workspace_pool.h>
 #include <dyntape/interface/system/rigid/robot_stepper.h>
 #include <dyntape/interface/system/tied_system.h>
 

@@ -3,13 +3,12 @@
 // What a model is behind its face: a compiled function, and which elements were asked for.  For the sources here.
 #pragma once
 
-#include <atomic>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/run/workspace_pool.h>
 #include <dyntape/interface/cppad/cg/model.h>
 
 namespace CppAD::inline dyntape_names::cg {
@@ -22,12 +21,6 @@ struct ModelState {
         place;                // place: in the pattern of the function; SIZE_MAX: zero by structure
     bool is_pattern = false;  // the elements are the non-zeros of the function, in their order
   };
-  // Memory of one call at a time.
-  struct Work {
-    explicit Work(const CompiledFunction& f) : workspace(f) {}
-    CompiledFunction::Workspace workspace;
-    std::vector<double> values;  // non-zeros
-  };
   ModelState(std::string name, ModelChoice choice, CompiledFunction function,
              std::shared_ptr<const detail::Recording<double>> recording);
 
@@ -36,11 +29,11 @@ struct ModelState {
   CompiledFunction function;
   std::shared_ptr<const detail::Recording<double>> recording;
   Elements jacobian, hessian;
-  // A call takes `first`, or one of `others` if another call has it.
-  mutable std::atomic<bool> is_first_taken = false;
-  mutable std::unique_ptr<Work> first;
-  mutable std::mutex mutex;
-  mutable std::vector<std::unique_ptr<Work>> others;
+  std::size_t n_x, n_y;
+  const Pattern no_pattern{};
+  const Pattern &jacobian_pattern, &hessian_pattern;  // of the function; empty if it has none
+  const bool hessian_is_zero;                         // of every sum of results, at every point
+  mutable dyntape::detail::WorkspacePool<CompiledFunction::Workspace> workspaces;
 };
 
 }  // namespace CppAD::inline dyntape_names::cg
