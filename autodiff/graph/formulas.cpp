@@ -169,6 +169,7 @@ class Printer {
     NodeId arguments[3] = {};
     int n = 0;
     f_.graph.for_each_argument(id, [&](NodeId a) { arguments[n++] = a; });
+    if (form.op == Op::Mul && f_.graph.is_constant(arguments[1])) std::swap(arguments[0], arguments[1]);
     std::string text;
     for (const char* c = notation_.latex ? form.latex : form.mathml; *c; ++c) {
       if (*c != '$') {

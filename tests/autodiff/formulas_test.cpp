@@ -30,13 +30,15 @@ TEST(Formulas, HaveBracketsWherePrecedenceNeedsThem) {
             "[z_{0} = x - sin\\left(y\\right)]\n");
   EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return sqrt(x) * (x - y); }),
             "[z_{0} = \\left(x - y\\right) \\cdot \\sqrt{x}]\n");
+  EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return -3 * x / (y * 0.5); }),
+            "[z_{0} = \\frac{\\left(-3\\right) \\cdot x}{0.5 \\cdot y}]\n");
   EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return pow(x - y, y + 0.5); }),
             "[z_{0} = {\\left(x - y\\right)}^{y + 0.5}]\n");
   EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return x - (y - exp(x)); }),
             "[z_{0} = x - \\left(y - e^{x}\\right)]\n");
   EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return select(x < y, x, 1e-20 * y); }),
             "[z_{0} = \\begin{cases} x & \\text{if } x < y \\\\ "
-            "y \\cdot 1 \\cdot 10^{-20} & \\text{otherwise} \\end{cases}]\n");
+            "1 \\cdot 10^{-20} \\cdot y & \\text{otherwise} \\end{cases}]\n");
 }
 
 TEST(Formulas, NameWhatIsUsedTwice) {

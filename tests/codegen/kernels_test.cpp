@@ -164,6 +164,9 @@ TEST_P(Kernels, TheFirstViolatedGuardIsReported) {
       EXPECT_EQ(
           c.run(order, {1, x.data(), nullptr, nullptr, &y, j, nullptr, nullptr, nullptr}, workspace).guard,
           expected.back());
+    Violation alone;
+    if (c.run_without_workspace(Order::kFirst, {.x = x.data(), .y = &y, .jacobian = j}, alone))
+      EXPECT_EQ(alone.guard, expected.back());
     if (mask == 0) continue;
     try {
       c.value(x.data(), nullptr, &y, workspace);
@@ -209,6 +212,44 @@ TEST_P(Kernels, ThreadsWithTheirOwnWorkspaces) {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(wrong, std::vector<int>(4, 0));
+}
+
+TEST_P(Kernels, ShortFunctionsNeedNoWorkspace) {
+  const Function f = chain(4);
+  const CompiledFunction c = make(f);
+  const std::vector<double> x{0.5, -1, 0.25, 2}, p{1.5, 0.75}, w{1, 2, 3, 4};
+  const auto expected = c.evaluate(Order::kSecond, x, p, w);
+  const auto run = [&](Order order, auto&& check) {
+    std::vector<double> y(4, -1), jacobian(c.jacobian_pattern().nnz()), hessian(c.hessian_pattern().nnz());
+    Violation violation{7, 7};
+    const bool ran = c.run_without_workspace(order,
+                                             {.x = x.data(),
+                                              .p = p.data(),
+                                              .w = w.data(),
+                                              .y = y.data(),
+                                              .jacobian = jacobian.data(),
+                                              .hessian = hessian.data()},
+                                             violation);
+    if (c.route() == Route::kInterpreter) EXPECT_FALSE(ran);
+    if (ran)
+      EXPECT_TRUE(!violation && y == expected.y && check(jacobian, hessian));
+    else
+      EXPECT_EQ(y, std::vector<double>(4, -1));
+    return ran;
+  };
+  run(Order::kValue, [](auto&...) { return true; });
+  run(Order::kFirst, [&](auto& J, auto&) { return J == expected.jacobian; });
+  const auto second = [&](auto& J, auto& H) { return J == expected.jacobian && H == expected.hessian; };
+  run(Order::kSecond, second);
+  std::vector<std::thread> threads;
+  for (int k = 0; k < 4; ++k)
+    threads.emplace_back([&] {
+      for (int repeat = 0; repeat < 100; ++repeat) run(Order::kSecond, second);
+    });
+  for (std::thread& thread : threads) thread.join();
+  const CompiledFunction values = make(f, Order::kValue);
+  Violation violation;
+  EXPECT_THROW((void)values.run_without_workspace(Order::kFirst, {}, violation), ArgumentError);
 }
 
 TEST_P(Kernels, BlocksThatAreNotUsedAreNotRead) {
