@@ -3,6 +3,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/interface/report/joints/joint_panels.h>
 #include <dyntape/interface/report/plot/curves.h>
 
 namespace dyntape {
@@ -25,32 +26,17 @@ io::Plot with_fewer_points(io::Plot plot) {
   return plot;
 }
 
-io::Panel joint_panel(const Scene& scene, const VectorXd& t, const std::string& title,
-                      const std::string& label, const MatrixXd& curves, bool is_q) {
-  std::vector<std::string> names;
-  std::vector<int> rows;
-  for (const auto& joint : scene.robot.model.joints) {
-    if (!dynamics::is_single(joint.type)) continue;
-    names.push_back(joint.name);
-    rows.push_back(is_q ? joint.idx_q : joint.idx_v);
-  }
-  return io::over_time(title, label, names, t, curves(rows, Eigen::all));
-}
-
 }  // namespace
 
 io::Plot state_plot(const Scene& scene, const SimulatedMotion& motion) {
   const VectorXd t = vector_of(motion.t);
+  const dynamics::Model<double>& model = scene.robot.model;
   io::Plot plot{.title = scene.name};
-  if (floats(scene.robot.model))
-    plot.panels = {io::over_time("base", "position [m]", {"x", "y", "z"}, t, motion.q.topRows(3)),
-                   io::over_time("base, angular velocity in its own axes", "[rad/s]", {"x", "y", "z"}, t,
-                                 motion.v.middleRows(3, 3))};
-  io::Panel q = joint_panel(scene, t, "position", "q [rad, m]", motion.q, true);
-  io::Panel v = joint_panel(scene, t, "velocity", "v [rad/s, m/s]", motion.v, false);
-  if (!q.series.empty()) plot.panels.insert(plot.panels.end(), {std::move(q), std::move(v)});
+  add_positions(plot, model, t, {motion.q});
+  add_velocities(plot, model, t, {motion.v});
   if (motion.drive.size() > 0 && !motion.drive.isZero(0))
-    plot.panels.push_back(io::over_time("drive", "tau [N m, N]", driven_names(scene.robot), t, motion.drive));
+    add_efforts(plot, model, actuated_dofs(scene.robot), t, {motion.drive});
+  arrange_limbs(plot, model);
   return with_fewer_points(std::move(plot));
 }
 

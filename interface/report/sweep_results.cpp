@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
+#include <set>
 #include <sstream>
 #include <tuple>
 
@@ -30,20 +32,56 @@ std::vector<double> sound_column(const io::CsvTable& table, const std::string& n
 
 // What an axis measures.
 struct Measured {
-  std::string name, unit;  // "m"; "": none, or not known
+  std::string name, unit;  // "m", "rad or m"; "": none, or not known
 };
+
+// "rad", or of several units "rad or m"; "" if one of them is not known.
+std::string any_of(const std::vector<std::string>& units) {
+  std::string text;
+  for (const std::string& unit : std::set<std::string, std::greater<>>(units.begin(), units.end())) {
+    if (unit.empty()) return "";
+    text += (text.empty() ? "" : " or ") + unit;
+  }
+  return text;
+}
+
+// Entries of (q, v).
+std::string unit_of_entries(const dynamics::Model<double>& model, const std::vector<int>& entries) {
+  std::vector<std::string> units;
+  for (const int entry : entries) {
+    const std::string unit = unit_of_state(model, entry);
+    units.push_back(unit.empty() ? "" : unit.substr(1));
+  }
+  return any_of(units);
+}
+
+// The part of "N m/rad or N/m" that is of these degrees of freedom.
+std::string unit_of_joints(const dynamics::Model<double>& model, const std::string& both,
+                           const std::vector<int>& dofs) {
+  const std::size_t at = both.find(" or ");
+  if (at == both.npos) return both;
+  std::vector<std::string> units;
+  for (const int dof : dofs)
+    units.push_back(unit_of_state(model, model.nq + dof) == " m/s" ? both.substr(at + 4)
+                                                                   : both.substr(0, at));
+  return any_of(units);
+}
 
 // Of a result: "q2, base z" in m.
 Measured quantity_of_result(const Scene& scene, const std::string& name) {
   if (name == "t") return {"t", "s"};
   if (name.starts_with("energy.") || name == "most.energy") return {name, "J"};
   const dynamics::Model<double>& model = scene.robot.model;
+  if (name == "most.v") {
+    std::vector<int> all(std::size_t(model.nv));
+    std::iota(all.begin(), all.end(), model.nq);
+    return {name, unit_of_entries(model, all)};
+  }
   std::vector<std::string> names = entry_names(model, "q");
   for (const std::string& of_v : entry_names(model, "v")) names.push_back(of_v);
   const auto at = std::find(names.begin(), names.end(), name);
   if (at == names.end()) return {name, ""};
   const int index = int(at - names.begin());
-  const std::string unit = unit_of_state(model, index);
   const int of_base = index < model.nq ? index : index - model.nq;
   const bool is_base = floats(model) && of_base < (index < model.nq ? 7 : 6);
   constexpr const char* kAxes[] = {"x", "y", "z"};
@@ -53,26 +91,58 @@ Measured quantity_of_result(const Scene& scene, const std::string& name) {
   if (is_base && of_base >= 3)
     told += std::string(", base ") +
             (index < model.nq ? kOrientation[of_base - 3] : ("about " + std::string(kAxes[of_base - 3])));
-  return {told, unit.empty() ? "" : unit.substr(1)};
+  return {told, unit_of_entries(model, {index})};
 }
 
-// Of a number that is varied: of starts by its place, of effects by what its key is.
+// Units of the numbers that a place names: of starts by their entries, of effects and robots by what they are.
+struct UnitOfPlace {
+  const Scene& scene;
+  const dynamics::Model<double>& model = scene.robot.model;
+
+  std::string operator()(const BasePlace& base) const {
+    if (base.part == &BaseStart::position) return "m";
+    if (base.part == &BaseStart::roll_pitch_yaw) return "rad";
+    return base.part == &BaseStart::velocity ? "m/s" : "rad/s";
+  }
+  std::string operator()(const StartPlace& start) const {
+    std::vector<int> entries = start.entries;
+    if (start.block == StartPlace::Block::kTorque) {
+      const std::vector<int> driven = actuated_dofs(scene.robot);
+      for (int& entry : entries) entry = driven[std::size_t(entry)];
+      return unit_of_joints(model, "N m or N", entries);
+    }
+    if (start.block == StartPlace::Block::kVelocity)
+      for (int& entry : entries) entry += model.nq;
+    return unit_of_entries(model, entries);
+  }
+  std::string operator()(const RobotPlace& robot) const {
+    if (robot.name.starts_with("mass:")) return "kg";
+    return robot.name.starts_with("com") ? "m" : "";
+  }
+  std::string operator()(const EffectPlace& place) const {
+    for (const EffectNumber& number : effect_numbers(scene.robot)) {
+      if (number.path != place.path) continue;
+      const std::string unit = number.info.unit;
+      if (number.shape != EffectNumber::Shape::kJoints) return unit;
+      return unit_of_joints(model, unit, dofs_of(place, number.info.length));
+    }
+    return "";
+  }
+
+ private:
+  std::vector<int> dofs_of(const EffectPlace& place, dynamics::Length length) const {
+    if (length == dynamics::Length::kJoints) return place.entries;
+    std::vector<int> dofs;
+    for (const auto& joint : model.joints)
+      if (std::find(place.entries.begin(), place.entries.end(), joint.idx_q) != place.entries.end())
+        dofs.push_back(joint.idx_v);
+    return dofs;
+  }
+};
+
 Measured quantity_of_value(const Scene& scene, const SweptValue& value) {
-  if (const auto* base = std::get_if<BasePlace>(&value.place)) {
-    if (base->part == &BaseStart::position) return {value.name, "m"};
-    if (base->part == &BaseStart::roll_pitch_yaw) return {value.name, "rad"};
-    return {value.name, base->part == &BaseStart::velocity ? "m/s" : "rad/s"};
-  }
-  if (const auto* start = std::get_if<StartPlace>(&value.place)) {
-    const int first = start->entries.empty() ? -1 : start->entries.front();
-    const bool of_v = start->block == StartPlace::Block::kVelocity;
-    if (start->block == StartPlace::Block::kTorque) return {value.name, "N m, N"};
-    const std::string unit = unit_of_state(scene.robot.model, of_v ? scene.robot.model.nq + first : first);
-    return {value.name, unit.empty() ? "" : unit.substr(1)};
-  }
-  if (const auto* robot = std::get_if<RobotPlace>(&value.place))
-    return {value.name, robot->name.starts_with("mass:") ? "kg" : ""};
-  return {value.name, ""};
+  const std::string unit = std::visit(UnitOfPlace{scene}, value.place);
+  return {value.name, unit == "1" ? "" : unit};
 }
 
 // Numbers along an axis in thousands, millionths, ... where plain ones would be long.

@@ -38,6 +38,31 @@ Eigen::MatrixXd Ties::columns(const Eigen::MatrixXd& J) const {
   return own;
 }
 
+namespace {
+
+// Bounds lower <= factor x + offset <= upper of followers as bounds of their leaders x.
+void narrow(const std::vector<dynamics::FollowedEntry>& entries, const std::vector<int>& owners,
+            Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) {
+  for (std::size_t k = 0; k < entries.size(); ++k) {
+    const auto& [index, factor, offset, is] = entries[k];
+    const int leader = owners[std::size_t(index)], own = int(k);
+    if (leader == own || is != dynamics::FollowedEntry::Is::kNumber || factor == 0) continue;
+    const double a = (lower[own] - offset) / factor, b = (upper[own] - offset) / factor;
+    lower[leader] = std::max(lower[leader], std::min(a, b));
+    upper[leader] = std::min(upper[leader], std::max(a, b));
+  }
+}
+
+}  // namespace
+
+void Ties::narrow_q(Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) const {
+  narrow(q, q_owners, lower, upper);
+}
+
+void Ties::narrow_v(Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) const {
+  narrow(v, v_owners, lower, upper);
+}
+
 const dynamics::MimicRule* rule_of(const RobotScene& scene, const std::string& joint) {
   const auto is_of = [&](const dynamics::MimicRule& rule) { return rule.joint == joint; };
   const auto rule = std::find_if(scene.mimics.begin(), scene.mimics.end(), is_of);

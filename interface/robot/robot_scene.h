@@ -86,6 +86,9 @@ struct Ties {
   }
   // J G of a matrix (rows x nv).
   Eigen::MatrixXd columns(const Eigen::MatrixXd& J) const;
+  // Narrows bounds of positions (nq) or velocities (nv): a leader stays where its followers keep theirs.
+  void narrow_q(Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) const;
+  void narrow_v(Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) const;
 
  private:
   template <class T>

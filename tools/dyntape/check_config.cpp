@@ -47,9 +47,10 @@ std::string keys_of(const std::vector<io::Question>& questions, const std::strin
 
 std::string introduction(const std::string& kind) {
   return "Keys of a " + kind +
-         " file.  Keys of a block are indented.  A key with a number per joint takes a block with joint\n"
-         "names (q { shoulder 0  elbow 1 }), a quoted list in the order of the joints, or one number for all "
-         "joints.\n"
+         " file.  Keys of a block are indented.  A key with a number per joint takes a block that names\n"
+         "every joint (q { shoulder 0  elbow 1 }), a quoted list in the order of the joints, or one number "
+         "for "
+         "all joints.\n"
          "Required keys of an optional block are required if the file has the block.\n";
 }
 

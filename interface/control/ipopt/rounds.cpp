@@ -19,7 +19,6 @@ namespace {
 // the tolerance still leaves five digits.
 constexpr double kCoarseObjective = 16, kCoarseVariable = 1024;
 constexpr int kMostRounds = 4;
-constexpr double kLeastSeconds = 1e-6;  // Ipopt refuses to be given none
 
 // `before`: iterations of earlier rounds.
 NlpSolution solve_in(const NlpScaling& units, Nlp& problem, const std::vector<double>& start,
@@ -175,7 +174,7 @@ NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<dou
 
 SolverOptions less(SolverOptions options, const NlpSolution& spent) {
   options.max_iterations = std::max(options.max_iterations - spent.iterations(), 0);
-  options.max_seconds = std::max(options.max_seconds - spent.times.processor, kLeastSeconds);
+  options.max_seconds = seconds_left(options, spent.times.processor);
   return options;
 }
 

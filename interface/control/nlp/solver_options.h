@@ -5,6 +5,7 @@
 //   const NlpSolution s = solve_nlp(problem, start, {.method = NlpMethod::kRiccati, .tolerance = 1e-10});
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <stop_token>
@@ -52,6 +53,12 @@ struct SolverOptions {
   std::function<void(const IterationRecord&)> watch =
       {};  // called at each iteration, with values in the program's units
 };
+
+// What `spent` seconds leave of max_seconds; above zero, as the solvers require.
+inline double seconds_left(const SolverOptions& options, double spent) {
+  constexpr double kLeast = 1e-9;
+  return std::max(options.max_seconds - spent, kLeast);
+}
 
 // Solves by the chosen method; the methods' headers list their errors.
 NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const SolverOptions& options = {});

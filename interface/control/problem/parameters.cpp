@@ -81,7 +81,8 @@ std::size_t Parameters::index(const std::string& name) const {
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     if (entries_[i].name == name) return i;
   }
-  throw ArgumentError("there is no parameter \"" + name + "\"" + suggestion(name, names()));
+  throw ArgumentError("there is no parameter \"" + name + "\"" +
+                      (entries_.empty() ? "; the problem has none" : suggestion(name, names())));
 }
 
 Parameter Parameters::find(const std::string& name) const { return entries_[index(name)].place; }

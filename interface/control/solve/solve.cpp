@@ -28,8 +28,7 @@ constexpr double kSettledCost = 1e-3;     // most that a cost moves while it cou
 constexpr double kSameControls = 0.01;    // of how far they move
 constexpr double kBarrierOfCost = 1e-2;   // the first barrier on a finer mesh, all logarithms together
 constexpr int kMostOfLast = 3,
-              kLeastIterations = 40;      // of the last mesh: a motion that leads further helps no more
-constexpr double kSecondsAtLeast = 1e-3;  // a solver's limit has to be above zero
+              kLeastIterations = 40;  // of the last mesh: a motion that leads further helps no more
 constexpr double kBesideInstant =
     1e-4;  // of the duration: the length of the interval in which a control jumps
 
@@ -398,7 +397,7 @@ Solution solve_program(std::unique_ptr<StagedNlp> program, double build_seconds,
   steps.options = [&] {
     OptimiseOptions next = options;
     next.solver.max_iterations = std::max(options.solver.max_iterations - iterations, 0);
-    next.solver.max_seconds = std::max(options.solver.max_seconds - seconds, kSecondsAtLeast);
+    next.solver.max_seconds = seconds_left(options.solver, seconds);
     next.check_derivatives = false;
     return next;
   };

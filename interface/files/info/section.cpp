@@ -289,6 +289,18 @@ void Section::note_file(const std::string& path) { reading_->files.push_back(pat
 
 const std::vector<std::string>& Section::files() const { return reading_->files; }
 
+Places Section::places() const {
+  Places places;
+  const auto add = [&](const auto& self, const InfoNode& block, const std::string& path) -> void {
+    for (const InfoNode& node : block.children) {
+      places.of_keys.emplace(path + node.key, to_string(node.value_where));
+      self(self, node, path + node.key + ".");
+    }
+  };
+  add(add, reading_->root, "");
+  return places;
+}
+
 void Section::understood_as(const std::string& key, const std::string& value) {
   const auto place = state_->places.find(key);
   if (place != state_->places.end()) state_->answers[place->second].written.value = value;

@@ -32,6 +32,7 @@
 #include <vector>
 
 #include <dyntape/interface/files/info/info.h>
+#include <dyntape/interface/files/info/places.h>
 #include <dyntape/interface/files/info/question.h>
 #include <dyntape/interface/files/info/renamed.h>
 #include <dyntape/interface/files/info/settings.h>
@@ -110,6 +111,9 @@ class Section {
   // Paths of this file, of included files, and of files noted by readers, e.g. the robot's.
   void note_file(const std::string& path);
   const std::vector<std::string>& files() const;
+
+  // Positions of the values of all keys of the file, of repeated keys the first.
+  Places places() const;
 
   // Throws FileError with all problems of the file so far, and with the unread content of this block and the blocks
   // below: unknown keys, repeated keys, values or blocks without reader.

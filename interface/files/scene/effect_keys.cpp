@@ -47,7 +47,8 @@ class ParameterReader {
       value = info.of_robot(*model_);
       return;
     }
-    const VectorXd numbers = read_joint_values(block_, key, model_, info.fallback, range_of(info));
+    const VectorXd numbers =
+        read_joint_values(block_, key, model_, {.fallback = info.fallback, .range = range_of(info)});
     if (!model_) return;
     value = info.length == dynamics::Length::kConfiguration ? configuration_of(*model_, numbers) : numbers;
   }

@@ -33,11 +33,9 @@ using RobotModel = dynamics::Model<double>;
 
 void read_start(Section& file, const RobotModel* model, Scene& scene) {
   Section start = file.about("initial state").child_or_empty("start");
-  const std::vector<dynamics::MimicRule>& mimics = scene.robot.mimics;
-  const VectorXd q =
-      read_joint_values(start.about("joint positions [rad or m]"), "q", model, 0.0, {}, {}, mimics);
-  const VectorXd v =
-      read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model, 0.0, {}, {}, mimics);
+  const JointValues at_rest{.fallback = 0.0, .followers = scene.robot.mimics};
+  const VectorXd q = read_joint_values(start.about("joint positions [rad or m]"), "q", model, at_rest);
+  const VectorXd v = read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model, at_rest);
   if (model && !floats(*model)) {
     if (start.has("base"))
       start.problem("base", "'start.base' is of a floating base; this robot's base is fixed");
@@ -196,20 +194,19 @@ Commands read_table(Section& block, const std::string& path, const RobotScene& r
 
 Commands read_commands(Section& file, const std::string& path, const Scene& scene, bool known) {
   Section block = file.about("commands to the driven joints").child_or_empty("commands");
-  const VectorXd torque =
-      read_joint_values(block.about("constant torque [N m or N]"), "torque",
-                        known ? &scene.robot.model : nullptr, 0.0, {}, {}, scene.robot.mimics);
+  const VectorXd torque = read_joint_values(block.about("constant torque [N m or N]"), "torque",
+                                            known ? &scene.robot.model : nullptr,
+                                            {.fallback = 0.0, .followers = scene.robot.mimics});
   const std::string table =
       block.about("path of a table with columns t [s] and tau.<joint>, as `dyntape solve` writes it")
           .get_or("file", "");
   const RobotModel* model = known ? &scene.robot.model : nullptr;
   block.about(
       "gain of the feedback to the table's q.<joint>, evaluated at the begin of each step [N m/rad or N/m]");
-  const VectorXd stiffness =
-      read_joint_values(block, "stiffness", model, 0.0, io::not_negative(), {}, scene.robot.mimics);
+  const JointValues gains{.fallback = 0.0, .range = io::not_negative(), .followers = scene.robot.mimics};
+  const VectorXd stiffness = read_joint_values(block, "stiffness", model, gains);
   block.about("gain of the feedback to the table's v.<joint> [N m s/rad or N s/m]");
-  const VectorXd damping =
-      read_joint_values(block, "damping", model, 0.0, io::not_negative(), {}, scene.robot.mimics);
+  const VectorXd damping = read_joint_values(block, "damping", model, gains);
   if (!known) return {};
   for (const char* key : {"stiffness", "damping"})
     if (table.empty() && block.has(key))
@@ -234,7 +231,8 @@ void read_lag(Section& file, const RobotModel* model, RobotScene& robot) {
   Section block = file.about("dynamics of the motors").child_or_empty("actuators");
   block.about("time constant with which the torque follows its command [s]; 0: no delay");
   const VectorXd lag =
-      read_joint_values(block, "time_constant", model, 0.0, io::not_negative(), {}, robot.mimics);
+      read_joint_values(block, "time_constant", model,
+                        {.fallback = 0.0, .range = io::not_negative(), .followers = robot.mimics});
   if (!model || lag.isZero(0)) return;
   const std::vector<int> dofs = actuated_dofs(robot);
   robot.lag.resize(Eigen::Index(dofs.size()));
@@ -330,6 +328,7 @@ Scene read_scene_of(const GivenRobot* given, const std::string& text, const std:
   } catch (const ArgumentError& e) {
     throw FileError(path + ": " + e.what());
   }
+  scene.places = file.places();
   note_left_out(scene.notes, given ? "\"" + scene.robot.model.name + "\"" : scene.urdf, scene.left_out,
                 scene.robot, LimitsOfFile::kByChoice);
   note_old_names(scene.notes, file);

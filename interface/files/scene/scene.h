@@ -60,6 +60,7 @@ struct BaseStart {
 
 struct Scene {
   std::string name, file, urdf;
+  io::Places places;                  // of the file's keys
   std::vector<std::string> inputs;    // paths of all files read
   std::vector<std::string> notes;     // oddities and omissions of the robot's file; the sample of a sweep
   std::vector<std::string> left_out;  // elements of the robot's file that are ignored

@@ -135,7 +135,15 @@ class PlaceReader {
   std::vector<int> entries_of(const std::vector<std::string>& joints, std::string& name, const Entry& entry) {
     block_.about(
         "joints whose number varies; absent: all joints of one degree of freedom, with the same number");
-    const std::vector<std::string> named = distinct_names(block_, "joint", joints);
+    std::vector<std::string> valid = joints;
+    for (const std::string& joint : block_.strings_or("joint", {})) {
+      const dynamics::MimicRule* rule = rule_of(scene_.robot, joint);
+      if (!rule || contains(joints, joint)) continue;
+      valid.push_back(joint);
+      block_.problem("joint", "joint '" + joint + "' follows '" + rule->leader +
+                                  "' and has no value of its own; expected '" + rule->leader + "'");
+    }
+    const std::vector<std::string> named = distinct_names(block_, "joint", valid);
     if (!named.empty()) name += "." + joined(named);
     std::vector<int> entries;
     for (const std::string& joint : named.empty() ? joints : named) {

@@ -247,29 +247,33 @@ void check_floor(Task& task) {
     for (const auto& [name, by] : phase.moved)
       if (by.z() != 0) moved.insert(name), steps_down = steps_down || by.z() < 0;
   }
-  std::vector<std::string> faults;
+  std::vector<SpecFault> faults;
   for (const HeldContact& contact : task.robot.contacts) {
     if (!contact.place || moved.count(contact.frame)) continue;
     if (!task.phases.empty() && !held.count(contact.frame)) continue;
     const double height = above_floor(contact, floor);
     if (!(std::abs(height) > kStands) || (steps_down && height > 0)) continue;
-    faults.push_back("the contact \"" + contact.frame + "\" is held " + io::significant(std::abs(height), 3) +
-                     " m " + (height > 0 ? "above" : "below") +
-                     " the floor, which is at z = " + io::significant(floor, 3) +
-                     " m; expected a start with the contacts on it, or its height in 'contacts.floor'");
+    faults.push_back({"contacts.floor", "the contact \"" + contact.frame + "\" is held " +
+                                            io::significant(std::abs(height), 3) + " m " +
+                                            (height > 0 ? "above" : "below") +
+                                            " the floor, which is at z = " + io::significant(floor, 3) +
+                                            " m; expected a start with the contacts on it, or its height in "
+                                            "'contacts.floor'"});
   }
   if (faults.empty()) return;
   if (task.floor) refuse(task, faults);
-  for (const std::string& fault : faults) task.notes.push_back(told_of(task) + ": " + fault);
+  for (const SpecFault& fault : faults) task.notes.push_back(told_of(task) + ": " + fault.message);
 }
 
 void check_spec(const TaskSpec& spec) {
-  std::vector<std::string> sentences;
-  for (const SpecFault& fault : faults_of(spec)) sentences.push_back(fault.message);
-  for (const TermSpec& term : spec.terms)
-    for (const SpecFault& fault : faults_of(term, spec))
-      sentences.push_back("terms." + term.name + "." + fault.key + ": " + fault.message);
-  if (!sentences.empty()) refuse(spec, sentences);
+  std::vector<SpecFault> faults = faults_of(spec);
+  for (const TermSpec& term : spec.terms) {
+    for (const SpecFault& fault : faults_of(term, spec)) {
+      const std::string key = "terms." + term.name + "." + fault.key;
+      faults.push_back({key, key + ": " + fault.message});
+    }
+  }
+  if (!faults.empty()) refuse(spec, faults);
 }
 
 }  // namespace
@@ -278,9 +282,10 @@ std::string told_of(const TaskSpec& task) {
   return task.file.empty() ? "task \"" + task.name + "\"" : task.file;
 }
 
-void refuse(const TaskSpec& task, const std::vector<std::string>& sentences) {
+void refuse(const TaskSpec& task, const std::vector<SpecFault>& faults) {
   std::vector<std::string> told;
-  for (const std::string& sentence : sentences) told.push_back(told_of(task) + ": " + sentence);
+  for (const SpecFault& fault : faults)
+    told.push_back(task.places.at(fault.key, told_of(task)) + ": " + fault.message);
   const FileError error(told);
   if (task.file.empty()) throw ArgumentError(error.what());
   throw error;
@@ -366,7 +371,7 @@ Task build_task(TaskSpec given) {
     try {
       check_shooting(tracking_problem(task));
     } catch (const ArgumentError& e) {
-      refuse(task, {std::string("'solver.method' is ddp: ") + e.what()});
+      refuse(task, {{"solver.method", std::string("'solver.method' is ddp: ") + e.what()}});
     }
   }
   return task;

@@ -27,10 +27,10 @@ void read_stand(Section& file, TaskSpec& task, const dynamics::Model<double>* mo
   const std::optional<double> fallback =
       model && single_joint_names(*model).empty() ? std::optional(0.0) : std::nullopt;
   const std::vector<dynamics::MimicRule>& mimics = task.scene.mimics;
-  const VectorXd joints =
-      read_joint_values(start.about("joint positions [rad or m]"), "q", model, fallback, {}, {}, mimics);
-  VectorXd v =
-      read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model, 0.0, {}, {}, mimics);
+  const VectorXd joints = read_joint_values(start.about("joint positions [rad or m]"), "q", model,
+                                            {.fallback = fallback, .followers = mimics});
+  VectorXd v = read_joint_values(start.about("joint velocities [rad/s or m/s]"), "v", model,
+                                 {.fallback = 0.0, .followers = mimics});
   const BaseStart base = read_base(start);
   task.robot.contacts = read_contacts(file, model, Cones::kLimits);
   if (!model) return;

@@ -59,7 +59,7 @@ void read_walk(Section& file, TaskSpec& task, const RobotModel* model) {
 TaskSpec::Control::Disturbance read_hit(Section& push, const TaskSpec& task, const RobotModel* model) {
   TaskSpec::Control::Disturbance hit;
   push.about("jump of the velocities [rad/s or m/s]");
-  hit.v = read_joint_values(push, "v", model, 0.0, {}, {}, task.scene.mimics);
+  hit.v = read_joint_values(push, "v", model, {.fallback = 0.0, .followers = task.scene.mimics});
   if (model) hit.v = ties_of(task.scene).tied_v(hit.v);
   if (!push.about("impulse at the origin of 'frame', in world axes [N s]; velocities change according to the "
                   "robot's inertia")

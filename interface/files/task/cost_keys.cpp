@@ -15,7 +15,8 @@ namespace {
 void read_tracking(Section& tracking, const std::vector<dynamics::MimicRule>& followers,
                    const dynamics::Model<double>* model, TaskSpec::Costs& c) {
   const auto weights = [&](Section& block, const char* key, const char* meaning) {
-    return read_joint_values(block.about(meaning), key, model, 0.0, io::not_negative(), {}, followers);
+    return read_joint_values(block.about(meaning), key, model,
+                             {.fallback = 0.0, .range = io::not_negative(), .followers = followers});
   };
   c.tracking_q = weights(tracking, "q", "weight of positions");
   c.tracking_v = weights(tracking, "v", "weight of velocities");

@@ -73,6 +73,7 @@ TaskSpec read_task_file(const std::string& text, const std::string& path,
   const bool known = read_task_scene(file, task);
   read_task_keys(file, task, known ? &task.scene.model : nullptr);
   file.finish();
+  task.places = file.places();
   note_left_out(task.notes, task.urdf, task.left_out, task.scene, LimitsOfFile::kHeld);
   note_old_names(task.notes, file);
   task.effective = file.effective_values();

@@ -55,6 +55,8 @@ namespace dyntape {
 // The specification, and the problem built from it.  Contacts have their places here.
 struct Task : TaskSpec {
   Problem problem = {};
+  Bounds untied =
+      {};  // bounds of all states; those of `problem` are a leader's for its followers too (tied_joints.h)
   std::vector<Capsule> passed = {};  // positions of waypoints, for pictures
   // True if inverse kinematics found no configuration for the goal of a frame; costs pull the frame as close as
   // possible.

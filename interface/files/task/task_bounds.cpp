@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/tied/tied_joints.h>
@@ -32,42 +33,30 @@ void add_bounds(Problem& problem, const TaskSpec& task) {
   if (of_robot.efforts) limit_efforts(problem, task.scene, task.robot.unit);
 }
 
-// A value far outside that another unit puts within: "; in degrees? -46 degrees are -0.802851 rad".  Empty for others,
-// also for what the unit itself makes sense of: an angle of less than a turn, a way of less than 10 m.
-std::string other_unit(const dynamics::Joint<double>& joint, double value, double lower, double upper) {
-  struct Unit {
-    const char *name, *of;
-    double factor, least;
-  };
-  const bool slides = joint.type == dynamics::JointType::kPrismatic;
-  const Unit unit = slides ? Unit{"millimetres", " m", 1e-3, 10}
-                           : Unit{"degrees", " rad", std::acos(-1.0) / 180, 2 * std::acos(-1.0)};
-  const double meant = unit.factor * value;
-  const bool fits = dynamics::traits(joint.type).on_a_line && lower <= meant && meant <= upper;
-  if (!fits || std::abs(value) < unit.least) return "";
-  return std::string("; in ") + unit.name + "? " + plainly(value) + " " + unit.name + " are " +
-         plainly(meant) + unit.of;
-}
-
 void check_ends(const Task& task) {
   const Problem& problem = task.problem;
   const RatedParts parts = task.bounds.of_robot();
   const int n = task.scene.model.nq;
-  std::vector<std::string> faults;
+  std::vector<SpecFault> faults;
   const auto check = [&](const Eigen::VectorXd& state, const std::string& end, int i,
-                         const dynamics::Joint<double>* joint, const char* key) {
+                         const dynamics::Joint<double>& joint, const std::string& key) {
     const double lower = problem.x.lower[i], upper = problem.x.upper[i];
     const double rounding = 1e-12 * std::max(1.0, std::abs(state[i]));  // as check() of the problem takes it
     if (!(state[i] < lower - rounding || state[i] > upper + rounding)) return;
-    faults.push_back("the " + end + " of \"" + problem.states[std::size_t(i)] + "\" is " + plainly(state[i]) +
-                     ", the robot's limits are " + plainly(lower) + " and " + plainly(upper) +
-                     "; expected a value within them, or '" + key + " none' in 'bounds'" +
-                     (joint ? other_unit(*joint, state[i], lower, upper) : ""));
+    const dynamics::MimicRule* rule = rule_of(task.scene, joint.name);
+    const std::string block = key == "positions" ? "q" : "v";
+    faults.push_back(
+        {end + "." + block + "." + (rule ? rule->leader : joint.name),
+         "the " + end + " of \"" + problem.states[std::size_t(i)] + "\"" +
+             (rule ? ", which follows \"" + rule->leader + "\"," : "") + " is " + plainly(state[i]) +
+             ", the robot's limits are " + plainly(lower) + " and " + plainly(upper) + "; expected a value " +
+             (rule ? "of \"" + rule->leader + "\" that puts it " : "") + "within them, or '" + key +
+             " none' in 'bounds'" + (key == "positions" ? other_unit(joint, state[i], lower, upper) : "")});
   };
   for (const dynamics::Joint<double>& joint : task.scene.model.joints) {
     for (const auto& [state, end] : {std::pair(&problem.start, "start"), std::pair(&problem.goal, "goal")}) {
-      if (parts.positions) check(*state, end, joint.idx_q, &joint, "positions");
-      if (parts.velocities) check(*state, end, n + joint.idx_v, nullptr, "velocities");
+      if (parts.positions) check(*state, end, joint.idx_q, joint, "positions");
+      if (parts.velocities) check(*state, end, n + joint.idx_v, joint, "velocities");
     }
   }
   const auto check_clear = [&](const Eigen::VectorXd& state, const std::string& end) {
@@ -75,8 +64,9 @@ void check_ends(const Task& task) {
     for (const Surroundings::Pair& pair : task.around.apart) {
       const double gap = clearance(task.scene.model, state.head(n), pair.a, pair.b);
       if (gap >= pair.least) continue;
-      faults.push_back("at the " + end + " the clearance of \"" + pair.a.name + "\" and \"" + pair.b.name +
-                       "\" is " + plainly(gap) + " m, expected " + plainly(pair.least) + " m at least");
+      faults.push_back({end, "at the " + end + " the clearance of \"" + pair.a.name + "\" and \"" +
+                                 pair.b.name + "\" is " + plainly(gap) + " m, expected " +
+                                 plainly(pair.least) + " m at least"});
     }
   };
   check_clear(problem.start, "start");
@@ -88,8 +78,9 @@ void check_ends(const Task& task) {
 
 void bound_motion(Task& task) {
   add_bounds(task.problem, task);
-  tie_bounds(task.scene, task.problem.x);
   check_ends(task);
+  task.untied = task.problem.x;
+  tie_bounds(task.scene, task.problem.x);
 }
 
 }  // namespace dyntape

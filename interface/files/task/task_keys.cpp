@@ -151,9 +151,10 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotS
       distinct_names(end.about("joints whose position and velocity are free"), "free", all);
   Eigen::VectorXd q, x;
   end.about("joint positions [rad or m]; not needed for free joints");
-  if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, fallback, {}, open, scene.mimics);
-  const Eigen::VectorXd v =
-      read_joint_values(end.about("joint velocities [rad/s or m/s]"), "v", model, 0.0, {}, {}, scene.mimics);
+  if (!is_by_frame || end.has("q"))
+    q = read_joint_values(end, "q", model, {.fallback = fallback, .open = open, .followers = scene.mimics});
+  const Eigen::VectorXd v = read_joint_values(end.about("joint velocities [rad/s or m/s]"), "v", model,
+                                              {.fallback = 0.0, .followers = scene.mimics});
   if (model) {
     x.resize(model->nq + model->nv);
     x << (q.size() ? configuration_of(*model, q) : dynamics::neutral(*model)), v;

@@ -43,8 +43,8 @@ void close_motion(Task& task);
 
 // The beginning of a task's messages: its file, or `task "name"`.
 std::string told_of(const TaskSpec& task);
-// Throws FileError for a task from a file, otherwise ArgumentError.
-[[noreturn]] void refuse(const TaskSpec& task, const std::vector<std::string>& sentences);
+// Throws FileError for a task from a file, with the positions of the keys, otherwise ArgumentError.
+[[noreturn]] void refuse(const TaskSpec& task, const std::vector<SpecFault>& faults);
 
 // Sentences on what a task demands and its robot cannot do as far as the start shows it, in metres and newton metres: footholds
 // below the floor or out of reach, a goal out of reach, motors too weak to hold the robot.  Takes milliseconds.

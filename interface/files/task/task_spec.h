@@ -28,6 +28,7 @@
 
 #include <dyntape/interface/control/problem/penalties.h>
 #include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/files/info/places.h>
 #include <dyntape/interface/files/moving_target.h>
 #include <dyntape/interface/motion/capsules.h>
 #include <dyntape/interface/motion/gait.h>
@@ -99,6 +100,7 @@ struct RatedParts {
 struct TaskSpec {
   std::string name, urdf;
   std::string file;                   // named in messages; "": the task itself
+  io::Places places;                  // of the file's keys
   std::vector<std::string> inputs;    // paths of all files read
   std::vector<std::string> notes;     // oddities and omissions of the robot's file
   std::vector<std::string> left_out;  // elements of the robot's file that are ignored

@@ -65,7 +65,7 @@ std::vector<TaskWaypoint> read_waypoints(Section& file, const RobotScene& scene,
     if (!model) {
       block.defer("q", "numbers by joint", "");
     } else if (!has_frame || block.has("q")) {
-      w.q = read_joint_values(block, "q", model, std::nullopt, {}, {}, scene.mimics);
+      w.q = read_joint_values(block, "q", model, {.followers = scene.mimics});
       if (has_frame)
         block.problem("q", "'" + block.path() + "' has both 'frame' and 'q', expected one of them");
     }
@@ -114,10 +114,11 @@ std::optional<ReferenceMotion> read_reference(Section& file, const std::string& 
                                    "path of a table with columns t, q.<joint>, v.<joint>, as `dyntape solve` "
                                    "writes it; relative to the folder of this file")
                                .get<std::string>("file");
-  const VectorXd w_q = read_joint_values(block.about("weights of the squared position errors"), "q", model,
-                                         0.0, io::not_negative(), {}, scene.mimics);
-  const VectorXd w_v = read_joint_values(block.about("weights of the squared velocity errors"), "v", model,
-                                         0.0, io::not_negative(), {}, scene.mimics);
+  const JointValues weights{.fallback = 0.0, .range = io::not_negative(), .followers = scene.mimics};
+  const VectorXd w_q =
+      read_joint_values(block.about("weights of the squared position errors"), "q", model, weights);
+  const VectorXd w_v =
+      read_joint_values(block.about("weights of the squared velocity errors"), "v", model, weights);
   if (!model || name.empty()) return {};
   if (!is_on_lines(*model)) {
     block.problem(

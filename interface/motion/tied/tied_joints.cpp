@@ -37,28 +37,23 @@ std::vector<std::string> names_at(const std::vector<int>& where, const std::vect
   return names;
 }
 
-// The bounds lower <= factor x + offset <= upper as bounds of x.
-void narrow(double& low, double& high, const FollowedEntry& entry, double lower, double upper) {
-  if (entry.is != FollowedEntry::Is::kNumber || entry.factor == 0) return;
-  const double a = (lower - entry.offset) / entry.factor, b = (upper - entry.offset) / entry.factor;
-  low = std::max(low, std::min(a, b));
-  high = std::min(high, std::max(a, b));
-}
-
 }  // namespace
 
 void tie_bounds(const RobotScene& scene, Bounds& x) {
   const Ties ties = ties_of(scene);
-  const auto tie = [&](const std::vector<FollowedEntry>& entries, const std::vector<int>& owners, int first) {
+  if (ties.empty()) return;
+  const int nq = scene.model.nq, nv = scene.model.nv;
+  ties.narrow_q(x.lower.head(nq), x.upper.head(nq));
+  ties.narrow_v(x.lower.segment(nq, nv), x.upper.segment(nq, nv));
+  const auto release = [&](const std::vector<FollowedEntry>& entries, const std::vector<int>& owners,
+                           int first) {
     for (std::size_t k = 0; k < entries.size(); ++k) {
-      const int leader = first + owners[std::size_t(entries[k].index)], own = first + int(k);
-      if (leader == own) continue;
-      narrow(x.lower[leader], x.upper[leader], entries[k], x.lower[own], x.upper[own]);
-      x.lower[own] = -HUGE_VAL, x.upper[own] = HUGE_VAL;
+      if (owners[std::size_t(entries[k].index)] == int(k)) continue;
+      x.lower[first + int(k)] = -HUGE_VAL, x.upper[first + int(k)] = HUGE_VAL;
     }
   };
-  tie(ties.q, ties.q_owners, 0);
-  tie(ties.v, ties.v_owners, scene.model.nq);
+  release(ties.q, ties.q_owners, 0);
+  release(ties.v, ties.v_owners, nq);
 }
 
 TiedJoints::TiedJoints(const RobotScene& scene) : scene_(scene), ties_(ties_of(scene)) {}

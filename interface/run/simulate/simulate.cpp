@@ -6,6 +6,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
+#include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/io/table.h>
@@ -22,6 +23,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+// The beginning of a message about a key of the scene's file.
+std::string told_of(const Scene& scene, const std::string& key) {
+  return scene.places.at(key, "scene \"" + scene.name + "\"") + ": ";
+}
 
 // How functions are made, seen and stopped from outside.
 CodegenOptions watched(const Scene& scene, const SimulationWatch& watch) {
@@ -46,7 +52,11 @@ class SceneRun {
         depth_(scene.robot, steps_, scene.step) {
     const SceneStart start = start_of(scene);
     motion_.assembled_by = start.assembled_by, motion_.slowed_by = start.slowed_by;
-    steps_.start(start.x);
+    try {
+      steps_.start(start.x);
+    } catch (const ArgumentError& e) {
+      throw ArgumentError(told_of(scene, "start") + e.what());
+    }
     for (const std::string& name : meter_.layout().flows) motion_.flows.push_back({name, {}, {}});
     if (!steps_.rigid()) return;
     for (const std::string& name : RigidAccount::names(scene.robot.constraints))
@@ -67,7 +77,8 @@ class SceneRun {
     motion_.step_seconds = seconds_since(begin);
     motion_.warning = steps_.rigid() ? steps_.rigid()->undecided() : "";
     if (motion_.warning.empty()) motion_.warning = depth_.warning();
-    if (motion_.warning.empty()) motion_.warning = doubt_of_steps(scene_, steps_.stepper(), looks_);
+    if (motion_.warning.empty() && !motion_.was_stopped)
+      motion_.warning = doubt_of_steps(scene_, steps_.stepper(), looks_);
     motion_.operations = steps_.stepper().report().step_operations;
     motion_.sources = steps_.stepper().report().sources;
     join_columns();
@@ -75,10 +86,9 @@ class SceneRun {
   }
 
   bool goes_on(const StepTime& s) {
-    const long often = is_adaptive(scene_.integrator) ? 16 : 1024;
-    if (s.k % often != 0) return true;
     motion_.was_stopped = watch_.stop.stop_requested();
-    if (watch_.tell) {
+    const long often = is_adaptive(scene_.integrator) ? 16 : 1024;
+    if (watch_.tell && s.k % often == 0) {
       watch_.tell("t = " + io::with_digits(s.t, 4) + " of " +
                   io::with_digits(double(scene_.steps()) * scene_.step, 4) + " s");
     }
@@ -163,13 +173,37 @@ std::string doubt_of_loops(const Scene& scene, const SimulatedMotion& motion) {
 
 }  // namespace
 
+namespace {
+
+// Joints that start beyond their hard limits.
+void check_stops(const Scene& scene) {
+  constexpr double kGrazes = 1e-6;  // as RigidStepper
+  for (const dynamics::HardStop& stop : scene.robot.constraints.rigid.stops) {
+    const double q = scene.q[stop.idx_q];
+    if (!(stop.sign * (q - stop.limit) < -kGrazes)) continue;
+    const auto& model = scene.robot.model;
+    const dynamics::Joint<double>& joint = model.joints[std::size_t(model.joint_index(stop.name))];
+    const dynamics::MimicRule* rule = rule_of(scene.robot, stop.name);
+    const std::string unit = unit_of_state(model, stop.idx_q);
+    const auto [lower, upper] = std::pair(joint.limits.lower, joint.limits.upper);
+    throw ArgumentError(told_of(scene, "start.q." + (rule ? rule->leader : stop.name)) + "joint '" +
+                        stop.name + "'" + (rule ? ", which follows '" + rule->leader + "'," : "") +
+                        " starts at " + io::with_digits(q, 6) + unit + ", beyond its hard limit; expected " +
+                        io::with_digits(lower, 6) + " to " + io::with_digits(upper, 6) + unit +
+                        ", or no 'constraints.limits'" + other_unit(joint, q, lower, upper));
+  }
+}
+
+}  // namespace
+
 void check_start(const Scene& scene) {
   if (!scene.q.allFinite() || !scene.v.allFinite())
-    throw ArgumentError("scene \"" + scene.name + "\": the state at the start is not finite");
+    throw ArgumentError(told_of(scene, "start") + "the state at the start is not finite");
+  check_stops(scene);
   if (scene.robot.mimics.empty())  // the inertia of a follower may be that of its leader
     dynamics::check_forward_dynamics(scene.robot.model, scene.robot.effects.acting());
   const std::string trouble = stability_trouble(scene, scene.q, scene.v);
-  if (!trouble.empty()) throw ArgumentError("scene \"" + scene.name + "\", at the start: " + trouble);
+  if (!trouble.empty()) throw ArgumentError(told_of(scene, "simulation.step") + "at the start: " + trouble);
 }
 
 SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch) {

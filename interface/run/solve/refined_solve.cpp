@@ -15,8 +15,6 @@ namespace dyntape {
 
 namespace {
 
-constexpr double kLeastSecondsLeft = 1e-3;  // a solver's time limit must be positive
-
 SolveStage stage_of(OptimiseStep step) {
   switch (step) {
     case OptimiseStep::kChecking:
@@ -154,7 +152,7 @@ class Rounds : SolveRounds {
     };
     options.enter = [this](OptimiseStep step) { tell(stage_of(step)); };
     options.solver.max_iterations = std::max(options.solver.max_iterations - iterations_, 0);
-    options.solver.max_seconds = std::max(options.solver.max_seconds - processor_seconds_, kLeastSecondsLeft);
+    options.solver.max_seconds = seconds_left(options.solver, processor_seconds_);
     options.solver.stop_when_settled = task_.demands.refinements > 0 && !task_.simulated;
     options.demands = task_.demands;
     options.check_derivatives = options.check_derivatives && report_.meshes.empty();

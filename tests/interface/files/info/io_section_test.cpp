@@ -336,6 +336,16 @@ TEST(Section, long_files_take_linear_time) {
   EXPECT_LT(seconds_of_settings(24000), 10 * some + 0.2);
 }
 
+TEST(Section, places_are_of_keys_or_of_the_blocks_around_them) {
+  const Places places =
+      Section::parse("start\n{\n  q\n  {\n    elbow 1\n  }\n}\nphase 1\nphase 2\n", "t.info").places();
+  EXPECT_EQ(places.at("start.q.elbow", "t.info"), "t.info:5:11");
+  EXPECT_EQ(places.at("start.q.wrist", "t.info"), "t.info:3:3");
+  EXPECT_EQ(places.at("start.v.elbow", "t.info"), "t.info:1:1");
+  EXPECT_EQ(places.at("phase", "t.info"), "t.info:8:7");  // the first
+  EXPECT_EQ(places.at("goal.q", "t.info"), "t.info");
+}
+
 TEST(Suggest, distance_is_a_metric_on_random_words) {
   for (unsigned seed = 0; seed < 300; ++seed) {
     std::mt19937_64 random(seed);

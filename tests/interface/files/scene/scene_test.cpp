@@ -374,6 +374,36 @@ TEST(Scenes, StepsThatAreTooLongAreRefusedWithTheLongest) {
   }
 }
 
+// What a motion finds wrong with its start is at the key of the file, or of a scene without a file at its name.
+TEST(Scenes, AWrongStartHasItsPlace) {
+  const auto refusal = [](const std::string& effects, const std::string& start, const std::string& step) {
+    const std::string text = "robot { urdf ../robots/arm_2r.urdf }\neffects { " + effects + " }\n" + start +
+                             "\nsimulation {\n duration 1\n step " + step +
+                             "\n}\nevaluation { route interpreter }\n";
+    try {
+      simulate(read_scene_text(text, test::source_folder() + "/config/scenes/arm.info"));
+    } catch (const ArgumentError& e) {
+      return std::string(e.what()).substr((test::source_folder() + "/config/scenes/").size());
+    }
+    return std::string("nothing refused");
+  };
+  const std::string stiff = refusal("joint_springs { stiffness 1e6 }", "start { q 0.1 }", "0.01");
+  EXPECT_TRUE(stiff.starts_with("arm.info:6:7: at the start: the fastest motion oscillates at ")) << stiff;
+  EXPECT_EQ(
+      refusal("gravity on", "constraints { limits { } }\nstart { q {\n shoulder 0\n elbow 90 } }", "1e-3"),
+      "arm.info:6:8: joint 'elbow' starts at 90 rad, beyond its hard limit; expected -2.8 to 2.8 rad, or no "
+      "'constraints.limits'; in degrees? 90 degrees are 1.5708 rad");
+  Scene scene = shipped("rigid_bounce");
+  scene.places = {}, scene.q[2] = 0.05;
+  try {
+    simulate(scene);
+    ADD_FAILURE();
+  } catch (const ArgumentError& e) {
+    EXPECT_TRUE(std::string(e.what()).starts_with("scene \"" + scene.name + "\": the contact at 'ball'"))
+        << e.what();
+  }
+}
+
 TEST(Stability, OfAnOscillatorAndADamper) {
   EXPECT_NEAR(longest_step(Integrator::kSemiImplicitEuler, {0, 3.0}), 2 / 3., 1e-12);
   EXPECT_NEAR(longest_step(Integrator::kRungeKutta4, {0, 1.0}), 2 * std::sqrt(2.), 1e-4);

@@ -69,6 +69,15 @@ TEST_F(RefusedKeys, JointsThatAreLeftOpen) {
          "names 'FL_HA', which is unknown; did you mean 'FL_HAA'?");
 }
 
+TEST_F(RefusedKeys, JointsWithoutAValue) {
+  load("cart_pole_swing_up");
+  const std::string none = "'start.q' leaves joint 'pivot' without a value; expected one for every joint";
+  change("    slider 0\n    pivot  0", "    slider 0", "q\n  {\n    slider 0\n", none);
+  change("    slider 0\n    pivot  0", "", "q\n  {\n\n",
+         "'start.q' leaves joints 'slider', 'pivot' without a value; expected one for every joint");
+  change("    slider 0\n    pivot  0", "    slider 0\n    pivt 0", "pivt 0", "did you mean 'pivot'?");
+}
+
 TEST_F(RefusedKeys, TwoWaypointsAtOneInstant) {
   load("two_link_arm_reaching");
   const auto waypoint = [](const std::string& name, const std::string& at, const std::string& what) {

@@ -12,6 +12,7 @@
 
 #include <dyntape/interface/run/solve/pictures.h>
 #include "interface/files/task/task_text.h"
+#include "interface/run/tied_robots.h"
 
 namespace dyntape::limit_lines_test {
 namespace {
@@ -156,6 +157,37 @@ TEST_F(LimitLines, OfAllCurvesHaveOneLabel) {
   ASSERT_EQ(panel->horizontal.size(), 2u);
   EXPECT_EQ(panel->horizontal[0].text, "limit");
   EXPECT_EQ(panel->horizontal[1].text, "");
+}
+
+// b = 2 a - 1 within [-1, 0.4] keeps a within [0, 0.7], which is no limit of a.
+TEST_F(LimitLines, OfFollowersStandAtTheFollowers) {
+  test::Sliders of;
+  of.ratio = 2, of.offset = -1;
+  of.limit_a = "lower='-3' upper='3'", of.limit_b = "lower='-1' upper='0.4'";
+  write_file_atomically((folder_ / "tied.urdf").string(), of.urdf());
+  text_ =
+      "robot { urdf tied.urdf  mimic true }\nhorizon { duration 2  intervals 10 }\ncosts { control 1 }\n"
+      "start { q { a 0.1 } }\ngoal { q { a 0.4 } }\n";
+  for (const char* bounds : {"", "bounds { positions 0.4  velocities 2 }\n"}) {
+    text_ += bounds;
+    const Task task = read();
+    Trajectory motion;
+    motion.scheme = task.optimise.mesh.scheme;
+    motion.t = Eigen::VectorXd::LinSpaced(11, 0, 1);
+    motion.x = Eigen::MatrixXd::Zero(4, 11), motion.a = Eigen::MatrixXd::Zero(2, 11);
+    motion.u = Eigen::MatrixXd::Zero(1, 11);
+    motion.x.row(0).setLinSpaced(0.2, 0.699), motion.x.row(1) = (2 * motion.x.row(0)).array() - 1;
+    motion.x.row(2).setConstant(1.98 / 2), motion.x.row(3).setConstant(1.98);
+    const io::Plot plot = trajectory_plot(task, motion);
+    std::vector<double> lines;
+    for (const io::ReferenceLine& line : plot.panels.at(0).horizontal) {
+      lines.push_back(line.value);
+      EXPECT_NE(line.value, 0.7);
+      EXPECT_TRUE(*bounds || line.text == "limit of b") << line.text;
+    }
+    EXPECT_TRUE(std::count(lines.begin(), lines.end(), 0.4)) << bounds;
+    for (const io::ReferenceLine& line : plot.panels.at(1).horizontal) EXPECT_NE(std::abs(line.value), 1);
+  }
 }
 
 }  // namespace

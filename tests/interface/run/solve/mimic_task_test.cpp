@@ -97,7 +97,11 @@ TEST_F(MimicTasks, LeadersKeepTheLimitsOfTheirFollowers) {
   EXPECT_EQ(x.upper[1], HUGE_VAL);
   EXPECT_NEAR(x.upper[2], 25, 1e-12);  // half of 50 m/s
   replace("q { a 0.1 }", "q { a -0.1 }");
-  EXPECT_NE(message().find("start of \"q.a\" is -0.1"), std::string::npos) << message();
+  EXPECT_EQ(message(),
+            (folder_ / "task.info").string() +
+                ":4:15: the start of \"q.b\", which follows \"a\", is -1.2, the robot's limits are "
+                "-1 and 0.4; expected a value of \"a\" that puts it within them, or 'positions "
+                "none' in 'bounds'");
 }
 
 TEST_F(MimicTasks, FollowersHaveNoGoal) {

@@ -218,6 +218,9 @@ TEST_F(Places, MistakesAreNamedWithTheirPlace) {
   says("costs { acceleration 1 }", "costs {\n acceleration 1\n tracking {\n q 1\n }\n}",
        "weighs a distance to 'goal.q'");
   says("\"-0.8 0.2 0 -2 0 2.2 0\"", "\"-0.8 0.2 0 -2 0 126 0\"", "in degrees? 126 degrees are 2.19911");
+  const auto line =
+      1 + std::count(text_.begin(), text_.begin() + std::ptrdiff_t(text_.find("126 0\"")), '\n');
+  EXPECT_NE(message().find("task.info:" + std::to_string(line) + ":"), std::string::npos) << message();
   says("\"-0.8 0.2 0 -2 0 2.2 0\"", "\"-0.8 0.2 0 -2 0 4 0\"", "or 'positions none' in 'bounds'");
   EXPECT_EQ(message().find("degrees"), std::string::npos) << "of less than a turn: " << message();
   says("radius 0.12", "radius 0.5", "at the start the clearance of \"forearm\" and \"lamp\" is -0.");

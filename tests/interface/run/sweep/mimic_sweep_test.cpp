@@ -56,9 +56,13 @@ TEST(MimicSweeps, RowsAreMotionsOfTheirScenes) {
 
 TEST(MimicSweeps, FollowersDoNotStartByThemselves) {
   const TiedSweep tied("duration 0.3");
-  const std::string message =
-      message_of<Error>([&] { (void)tied.sweep(value("parameter start.q\njoint b\nfrom -1\nto 1")); });
-  EXPECT_NE(message.find("'b'"), std::string::npos) << message;
+  for (const char* of : {"start.q", "start.v", "commands.torque"}) {
+    const std::string message = message_of<Error>(
+        [&] { (void)tied.sweep(value("parameter " + std::string(of) + "\njoint b\nfrom -1\nto 1")); });
+    EXPECT_TRUE(
+        message.ends_with("sweep.info:8:7: joint 'b' follows 'a' and has no value of its own; expected 'a'"))
+        << message;
+  }
 }
 
 }  // namespace

@@ -401,13 +401,15 @@ TEST(RigidScenes, WithoutConstraintsNothingIsAdded) {
 TEST(RigidScenes, WhatStartsBelowItsGroundIsRefused) {
   Scene scene = shipped("rigid_bounce");
   scene.q[2] = 0.05;
+  ASSERT_TRUE(scene.places.of_keys.contains("start"));
   try {
     simulate(scene);
     FAIL();
   } catch (const ArgumentError& e) {
-    EXPECT_EQ(
-        std::string(e.what()),
-        "the contact at 'ball' is 0.05 m below its ground; expected at most 1e-6, or to be clear of it");
+    EXPECT_EQ(std::string(e.what()),
+              scene.places.at("start", "") +
+                  ": the contact at 'ball' is 0.05 m below its ground; expected at most 1e-6, or to be clear "
+                  "of it");
   }
 }
 
