@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Prints a recorded function as formulas for people, in LaTeX or MathML.  Use it for reports and to check a recording.
+// Prints a recorded function as formulas, in LaTeX or MathML.  Use it for reports and to check a recording.
 //
-//   std::cout << to_latex(f);                  // \[ v_{0} = \sin\left(x_{0}\right) \] ... \[ y_{0} = v_{0}^{2} \]
+//   std::cout << to_latex(f);                  // \[ y_{0} = \operatorname{sin}\left(x_{0}\right) \]
 //   std::cout << to_mathml(f, {.open = "<math display=\"block\">"});
 //
 // A value that several others use is an equation of its own.  Guards are not printed.

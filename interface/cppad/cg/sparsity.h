@@ -5,7 +5,7 @@
 //   auto sets = jacobianSparsitySet<std::vector<std::set<size_t>>, double>(f);      // one set for each row
 //   auto bools = hessianSparsity<std::vector<bool>, double>(f);                     // of the sum of the results, row by row
 //   generateSparsityIndexes(sets, rows, cols);
-//   SparseForjacHessianWork work;                                                   // of one function and its patterns
+//   SparseForjacHessianWork work;      // of one function and its patterns
 //   sparseForJacHessian(f, x, w, y, sets, jrow, jcol, jac, hes_sets, hrow, hcol, hes, work);
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What CppADCodeGen documents around models: languages, temporaries, sparseForJacHessian, vectors of any class, the pool
-// of threads.
+// What CppADCodeGen documents around models: languages, temporaries, sparseForJacHessian, vectors of any class,
+// the pool of threads.
 #include <dyntape/interface/cppad/cg.h>
 #include <dyntape/interface/cppad/cg/thread_pool.h>
 
