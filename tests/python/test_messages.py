@@ -139,3 +139,12 @@ def test_ddp_has_the_verdict_of_other_solutions():
     assert p.solve_ddp(20, verify=False).verdict == "A local optimum was found; nothing was verified."
     assert p.solve_ddp(20, max_iterations=0).verdict == p.solve(20, max_iterations=0).verdict
     assert p.ddp(20).solve_batch(np.zeros((2, 2))).verdict == ["A local optimum was found; nothing was verified."] * 2
+
+
+def test_a_limit_of_seconds_ends_tasks_and_problems_at_once():
+    task = dyntape.solve(dyntape.config_folder() / "tasks" / "cart_pole_swing_up.info", set={"solver.max_seconds": 1e-9})
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.add_squares("effort", lambda s: s.u)
+    p.start, p.goal = [0, 0], [1, 0]
+    for solution in task, p.solve(max_seconds=1e-9):
+        assert solution.iterations == 0 and solution.verdict.startswith("The limit on time was reached.")
