@@ -68,6 +68,12 @@ def test_sinc_of_arrays_and_of_single_values_is_that_of_numpy():
     np.testing.assert_array_equal(g([0.0, 2.0]), [7.0, 0.5])
 
 
+def test_none_among_numbers_is_told_what_is_free():
+    p = ARM.problem(1)
+    for wrong in ([0.1, None], np.array([0.1, None])):
+        assert sentence_of(lambda: p.end_at(wrong)) == "q: expected numbers, got None among them; NaN is an entry that is free"
+
+
 def test_remainders_are_those_of_numpy():
     values = [-7.5, -3.0, -2.0, -0.4, -0.0, 0.0, 0.4, 2.0, 3.0, 7.5, 1e9]
     a, b = (m.ravel() for m in np.meshgrid(values, [v for v in values if v != 0]))
