@@ -125,9 +125,25 @@ bool holds_objects(nb::handle given) {
 
 std::size_t Numbers::size() const { return product(shape.data(), shape.size()); }
 
+namespace {
+
+// A sequence or array of objects, one of which is None.
+bool holds_none(nb::handle given) {
+  const nb::object entries =
+      PyArray_Check(given.ptr()) ? nb::object(given.attr("flat")) : nb::borrow<nb::object>(given);
+  for (nb::handle entry : entries)
+    if (entry.is_none()) return true;
+  return false;
+}
+
+}  // namespace
+
 Numbers numbers(nb::handle given, const std::string& what) {
   Numbers result;
-  if (holds_objects(given)) throw ArgumentError(what + ": expected numbers, got an array of Python objects");
+  if (holds_objects(given))
+    throw ArgumentError(
+        what + ": expected numbers, got " +
+        (holds_none(given) ? "None among them; NaN is an entry that is free" : "an array of Python objects"));
   result.array = as_float64(
       given, [&] { return what; }, NPY_ARRAY_C_CONTIGUOUS);
   PyArrayObject* array = array_of(result.array);

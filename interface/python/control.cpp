@@ -42,6 +42,7 @@ void refuse_plain_costs(const Problem& problem) {
 
 void make_mpc(PythonMpc* self, const PythonProblem& p, int intervals, const std::string& scheme,
               int iterations, bool gains, double tolerance, bool printed) {
+  check_intervals(intervals);
   refuse_plain_costs(p.problem);
   MpcOptions options;
   options.mesh.intervals = intervals;

@@ -27,6 +27,7 @@ using Eigen::VectorXd;
 
 DdpOptions ddp_options(int intervals, const std::string& hessian, double tolerance, int max_iterations,
                        bool verify, const std::string& sensitivities) {
+  check_intervals(intervals);
   DdpOptions options;
   options.evaluation.route = Route::kTiered;  // begins at once
   options.verify = verify;
@@ -144,6 +145,7 @@ void bind_one_solution(nb::module_& module) {
       .def_prop_ro("success", &S::success,
                    "True if it converged to a minimum, the controls reproduce the motion, and the cost is "
                    "the sum over the steps.")
+      .def_prop_ro("verdict", &S::verdict, "One sentence.")
       .def_prop_ro(
           "status", [](const S& s) { return to_string(s.status); }, "How the solver ended.")
       .def_prop_ro(
@@ -238,6 +240,14 @@ void bind_many_solutions(nb::module_& module) {
             return status;
           },
           "How the solver ended, of each.")
+      .def_prop_ro(
+          "verdict",
+          [](const S& s) {
+            std::vector<std::string> verdicts;
+            for (const DdpSolution& one : s.all) verdicts.push_back(one.verdict());
+            return verdicts;
+          },
+          "A sentence of each.")
       .def_prop_ro(
           "sensitivity_status",
           [](const S& s) {

@@ -56,12 +56,14 @@ std::shared_ptr<RecordedFunction> record_function(nb::callable f, std::size_t n_
                                                   const std::vector<double>& p0,
                                                   const std::string& branches) {
   const auto [file, line] = place_of(f);
-  Recorder recorder(name.value_or(name_of(f)), n_x, n_p, record_options(x0, p0, branches),
-                    file.empty() ? nullptr : file.c_str(), line);
+  const std::string called = name.value_or(name_of(f));
+  Recorder recorder(called, n_x, n_p, record_options(x0, p0, branches), file.empty() ? nullptr : file.c_str(),
+                    line);
   const auto inputs = [](const VectorXad& values) { return recorded_array(values.data(), {values.size()}); };
-  const nb::object y = n_p > 0 ? f(inputs(recorder.x()), inputs(recorder.p())) : f(inputs(recorder.x()));
+  const nb::object y = n_p > 0 ? call_recorded(f, called, inputs(recorder.x()), inputs(recorder.p()))
+                               : call_recorded(f, called, inputs(recorder.x()));
   const nb::object array = nb::module_::import_("numpy").attr("asarray")(y, "O");
-  const VectorXad values = recorded_vector(array, name.value_or(name_of(f)));
+  const VectorXad values = recorded_vector(array, called);
   return std::make_shared<RecordedFunction>(recorder.end(values),
                                             nb::cast<Shape>(nb::list(array.attr("shape"))));
 }

@@ -365,6 +365,11 @@ PyType_Slot problem_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse
 
 }  // namespace
 
+void check_intervals(int intervals) {
+  if (intervals < 1)
+    throw ArgumentError("intervals is " + std::to_string(intervals) + "; expected 1 or more");
+}
+
 StageSizes PythonProblem::sizes() const {
   StageSizes sizes{problem.n_x(), problem.n_a(), problem.n_u(), problem.parameters.size(), 0, 0};
   if (is_robot) sizes.nq = nq(), sizes.nv = nv();

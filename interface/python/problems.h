@@ -106,6 +106,9 @@ ParameterValue parameter_value(nb::handle value, nb::handle times);
 
 Eigen::VectorXd vector_of(nb::handle given, const std::string& what, Eigen::Index entries);
 
+// ArgumentError unless a mesh has one interval at least.
+void check_intervals(int intervals);
+
 void bind_stages(nb::module_& module);                                   // stages.cpp
 void bind_control(nb::module_& module);                                  // control.cpp
 void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem);  // ddp.cpp

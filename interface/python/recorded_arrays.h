@@ -3,6 +3,7 @@
 // Recorded values in numpy arrays of objects: what a Python function computes with while it is recorded.
 #pragma once
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 
 #include "arrays.h"
@@ -16,6 +17,24 @@ bool as_recorded(nb::handle given, AD& value);
 // The entries of an array, list or tuple of those, in C order; ArgumentError, naming `what`, for others.
 VectorXad recorded_vector(nb::handle given, const std::string& what);
 VectorXad recorded_vector(nb::handle given, const std::string& what, Eigen::Index entries);
+
+// Throws what `error`, of a function that is recorded, means, where it is numpy's: dyntape._arrays.explained().
+void explain(nb::python_error& error);
+
+// f(arguments) of a function that is recorded; ArgumentError, naming it, if it returned nothing.
+template <class... Arguments>
+nb::object call_recorded(nb::handle f, const std::string& name, const Arguments&... arguments) {
+  try {
+    nb::object result = f(arguments...);
+    if (!result.is_none()) return result;
+  } catch (nb::python_error& error) {
+    explain(error);
+    throw;
+  }
+  throw ArgumentError(name +
+                      ": the function returned None; expected recorded values and numbers; a `return` may be "
+                      "missing");
+}
 
 // A dyntape.Array (an array of objects whose comparisons give conditions); of no axes: the value itself.
 nb::object recorded_array(const AD* values, const Shape& shape);

@@ -235,12 +235,22 @@ void define_comparison(nb::class_<AD>& type, const std::string& name, Binary f) 
       nb::is_operator(), nb::sig(kept("def " + spelt + "(self, other: " + types)));
 }
 
+// As Python has it: with the sign of b.
+AD modulo(const AD& a, const AD& b) {
+  const AD rest = fmod(a, b);
+  const AD has_sign = equal(less(rest, AD(0)), less(b, AD(0)));
+  return select(equal(rest, AD(0)), rest, select(has_sign, rest, rest + b));
+}
+
 void bind_operators(nb::class_<AD>& ad) {
   define_operator(ad, "add", [](const AD& a, const AD& b) { return a + b; });
   define_operator(ad, "sub", [](const AD& a, const AD& b) { return a - b; });
   define_operator(ad, "mul", [](const AD& a, const AD& b) { return a * b; });
   define_operator(ad, "truediv",
                   [](const AD& a, const AD& b) { return told(a / b, Op::Div, "operator/", a, &b); });
+  define_operator(ad, "mod", modulo);
+  define_operator(ad, "floordiv",
+                  [](const AD& a, const AD& b) { return floor((a - modulo(a, b)) / b + 0.5); });
   define_operator(ad, "pow", [](const AD& a, const AD& b) { return told(pow(a, b), Op::Pow, "pow", a, &b); });
   define_comparison(ad, "lt", [](const AD& a, const AD& b) { return less(a, b); });
   define_comparison(ad, "gt", [](const AD& a, const AD& b) { return less(b, a); });
@@ -277,6 +287,16 @@ void bind_scalar(nb::module_& module) {
     text << "AD(" << a.value() << (a.is_recorded() ? ", recorded)" : ")");
     return text.str();
   });
+  ad.def(
+      "__format__",
+      [](nb::handle a, const std::string& format) {
+        if (format.empty()) return nb::cast<std::string>(nb::repr(a));
+        throw RecordingError(
+            "format '" + format +
+            "' of a recorded value: it has a number only where a function is evaluated; expected no format, "
+            "or that of its .value, the number at the recording point");
+      },
+      nb::arg("format"));
   define_functions(module, ad);
 }
 
@@ -357,6 +377,13 @@ VectorXad recorded_vector(nb::handle given, const std::string& what, Eigen::Inde
   if (values.size() == entries) return values;
   throw ArgumentError(what + ": expected " + std::to_string(entries) + " entries in a recording, got " +
                       std::to_string(values.size()));
+}
+
+void explain(nb::python_error& error) {
+  const nb::object better = nb::module_::import_("dyntape._arrays").attr("explained")(error.value());
+  if (better.is_none()) return;
+  PyErr_SetObject(better.type().ptr(), better.ptr());
+  nb::raise_python_error();
 }
 
 nb::object recorded_array(const AD* values, const Shape& shape) {

@@ -197,10 +197,11 @@ std::string summary(const Robot& robot) {
          std::to_string(model.frames.size()) + " frames, " + (floats ? "floating" : "fixed") + " base>";
 }
 
-// Joints that have entries of their own, in the order of these.
-std::vector<const dynamics::Joint<double>*> own_joints(const Robot& robot) {
+// Joints of the robot's model that have entries of their own, in the order of these.
+std::vector<const dynamics::Joint<double>*> own_joints(const Robot& robot,
+                                                       const dynamics::Model<double>& model) {
   std::vector<const dynamics::Joint<double>*> joints;
-  for (const auto& joint : robot.model().joints) {
+  for (const auto& joint : model.joints) {
     const auto follows = [&](const dynamics::MimicRule& rule) { return rule.joint == joint.name; };
     if (std::none_of(robot.urdf.mimics.begin(), robot.urdf.mimics.end(), follows)) joints.push_back(&joint);
   }
@@ -210,9 +211,10 @@ std::vector<const dynamics::Joint<double>*> own_joints(const Robot& robot) {
 // (nv) one of a joint's limits; infinite where there is none.
 nb::object limits(const Robot& robot, double dynamics::JointLimits::*which, double none) {
   std::vector<double> all;
-  for (const auto* joint : own_joints(robot)) {
+  const dynamics::Model<double> model = with_tied_limits(robot);
+  for (const auto* joint : own_joints(robot, model)) {
     const bool has_limits = dynamics::is_single(joint->type);
-    const double limit = has_limits ? limits_with_followers(robot, *joint).*which : none;
+    const double limit = has_limits ? joint->limits.*which : none;
     all.insert(all.end(), static_cast<std::size_t>(dynamics::nv(joint->type)), limit);
   }
   return copy_of(all.data(), {robot.nv});
@@ -230,7 +232,7 @@ void bind_facts(nb::class_<Robot>& robot) {
           "joints",
           [](const Robot& r) {
             std::vector<std::string> names;
-            for (const auto* joint : own_joints(r)) names.push_back(joint->name);
+            for (const auto* joint : own_joints(r, r.model())) names.push_back(joint->name);
             return names;
           },
           "Names of the joints that have entries in q and v, in their order.")
@@ -238,7 +240,8 @@ void bind_facts(nb::class_<Robot>& robot) {
           "joint_types",
           [](const Robot& r) {
             std::vector<std::string> types;
-            for (const auto* joint : own_joints(r)) types.push_back(dynamics::to_string(joint->type));
+            for (const auto* joint : own_joints(r, r.model()))
+              types.push_back(dynamics::to_string(joint->type));
             return types;
           },
           "Type of each of these: revolute, continuous, prismatic, helical, spherical, planar or free-flyer.")

@@ -56,7 +56,8 @@ Function record_python(const std::string& name, const PythonProblem& problem, co
   options.variables.assign(at.begin(), at.end());
   options.branches = RecordOptions::Branches::kError;  // a solve goes through both sides
   Recorder recorder(name, n, 0, options, nullptr, 0);
-  const nb::object y = f(nb::cast(stage_of(recorder.x(), sizes, problem.problem.parameters)));
+  const nb::object stage = nb::cast(stage_of(recorder.x(), sizes, problem.problem.parameters));
+  const nb::object y = call_recorded(f, name, stage);
   return recorder.end(recorded_vector(y, name));
 }
 

@@ -132,4 +132,15 @@ DdpSolution solve_with_ddp(const Problem& problem, const DdpOptions& options) {
   return DdpSolver(problem, options).solve();
 }
 
+std::string DdpSolution::verdict() const {
+  if (status == SolveStatus::kSolved && is_saddle)
+    return "The motion is stationary, but it is not a minimum: the cost falls along some change of the "
+           "controls; expected another guess.";
+  if (converged() && !verification) return "A local optimum was found; nothing was verified.";
+  Solution solution;
+  solution.nlp.status = status, solution.demands = demands;
+  if (verification) solution.verification = *verification;
+  return solution.verdict();
+}
+
 }  // namespace dyntape

@@ -106,7 +106,7 @@ struct DdpCourse::Solve {
                  rounding = 1e-14 * (1 + std::abs(merit)) * std::sqrt(double(options.intervals));
     is_near_rounding = -slope <= 1e3 * rounding, promised = -slope;
     std::vector<double> left{1};
-    while (!left.empty()) {
+    while (!left.empty() && !options.stop.stop_requested()) {
       co_await roll_out(left);
       for (std::size_t i = 0; i < costs.size(); ++i) {
         const double change = costs[i] + gap_weight * (1 - lengths[i]) * at.gaps - merit;
@@ -188,7 +188,7 @@ struct DdpCourse::Solve {
     const DdpMotion now = work.motion(lane);
     const std::vector<MatrixXd> changes = trial_changes(now.u);
     const std::vector<double> known = work.costs_of(lane, changes);
-    for (std::size_t i = 0; i < changes.size(); ++i) {
+    for (std::size_t i = 0; i < changes.size() && !options.stop.stop_requested(); ++i) {
       double up = known.empty() ? 0 : known[2 * i], down = known.empty() ? 0 : known[2 * i + 1];
       if (known.empty()) {
         work.set_policy(lane, options.intervals, changes[i]);
@@ -289,6 +289,7 @@ struct DdpCourse::Solve {
           co_return SolveStatus::kSolved;
         }
         if (is_convex) now.length = co_await search();
+        if (options.stop.stop_requested()) co_return SolveStatus::kStopped;
         if (now.length > 0) break;
         if (raise_shift()) continue;
         goes_on = is_closed(options.tolerance);

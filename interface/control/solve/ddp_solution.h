@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include <dyntape/codegen/options/options.h>
@@ -83,6 +84,7 @@ struct DdpSolution {
   // The verdict of all methods (solution.h): converged, and re-simulation reproduces motion and cost.  Without
   // options.verify equal to converged().
   bool success() const { return converged() && (!verification || is_accurate(*verification, demands)); }
+  std::string verdict() const;  // one sentence, that of Solution::verdict()
   VerifyOptions demands = {};
 };
 

@@ -12,7 +12,7 @@ array([3., 0.])
 
 import pathlib as _pathlib
 
-from . import _displays, _dyntape
+from . import _displays, _dyntape, _messages
 from ._arrays import RecordedArray, array, norm, safe_divide, where
 from ._bodies import Body, Shape, assemble
 from ._dyntape import (
@@ -123,6 +123,8 @@ def config_folder() -> _pathlib.Path:
 
 
 _displays.show_in_notebooks(_dyntape)
+for _value in (Robot, Problem, Solution, DdpSolution, Scene, Simulation, Task, TaskSolution, Function):
+    _messages.explain_missing_attributes(_value)
 for _value in [globals()[_name] for _name in __all__]:
     if isinstance(_value, type) and _value.__module__ == _dyntape.__name__:
         _value.__module__ = __name__  # the public name, in repr and pickles

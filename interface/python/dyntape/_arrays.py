@@ -42,7 +42,33 @@ _OWN = {ufunc: np.frompyfunc(function, arguments, 1) for ufunc, (function, argum
 _NOT_SUPPORTED = re.compile("not supported for the input types|does not support argument|no callable|Cannot cast")
 _LINALG = np.linalg
 _OF_PIVOTS = {_LINALG.solve, _LINALG.inv, _LINALG.lstsq, _LINALG.pinv, _LINALG.det, _LINALG.eigh, _LINALG.svd, _LINALG.qr}
-_SELECT = np.frompyfunc(_d.select, 3, 1)
+# What to write in place of functions that cannot be recorded.
+_ENTRIES = "np.minimum and np.maximum of the entries"
+_INSTEAD = {
+    "np.linalg.det": "np.prod(np.diag(np.linalg.cholesky(a))) ** 2 of a symmetric positive definite a, else the sum of products",
+    "np.linalg.eigvalsh": "the roots of the characteristic polynomial of a small matrix",
+    "np.median": "np.mean, or " + _ENTRIES,
+    "np.sort": _ENTRIES,
+    "np.partition": _ENTRIES,
+    "np.argmax": "np.where of comparisons",
+    "np.argmin": "np.where of comparisons",
+    "np.interp": "np.where or dyntape.where for the cases between the points of the table",
+    "np.round": "np.floor(x + 0.5)",
+    "rint": "np.floor(x + 0.5)",
+    "divmod": "np.mod and np.floor_divide",
+    "cbrt": "np.sign(x) * abs(x) ** (1 / 3)",
+}
+_ANYTHING = (
+    "arithmetic, numpy's elementary functions, sums and products, and np.where or dyntape.where for cases, as between the points of a table"
+)
+
+
+def _select_one(condition: Any, a: Any, b: Any) -> Any:
+    """A recorded value is a condition as a number is: unless it is zero."""
+    return _d.select(condition != 0 if isinstance(condition, _d.AD) else condition, a, b)
+
+
+_SELECT = np.frompyfunc(_select_one, 3, 1)
 
 
 def _plain(value: Any) -> Any:
@@ -74,6 +100,11 @@ def _array_ufunc(self: Any, ufunc: np.ufunc, method: str, *inputs: Any, **option
         options["dtype"] = object
     if ufunc.__name__ == "clip" and method == "__call__" and len(inputs) == 3:
         return np.minimum(np.maximum(inputs[0], inputs[1]), inputs[2])
+    masked = options.get("where", True)
+    if isinstance(masked, (RecordedArray, _d.Condition)) or (method != "__call__" and masked is not True):
+        raise _d.RecordingError(
+            f"{ufunc.__name__} with where= cannot be recorded; expected np.where(condition, x, 0) of a condition, x[mask] of a mask of bools"
+        )
     if "out" in options:
         options["out"] = tuple(_plain(out) for out in options["out"])
     plain = [_plain(value) for value in inputs]
@@ -97,28 +128,51 @@ def _array_function(self: Any, func: Any, types: Any, args: Any, kwargs: Any) ->
         return _select(*args, **kwargs)
     if func is np.clip and not isinstance(args[0], RecordedArray):  # numpy would clip an array without the ufunc above
         return _clip(*args, **kwargs)
+    if func is np.sinc:
+        return _sinc(*args)
     if func is np.linalg.cholesky and len(args) == 1:
         return _d.cholesky(*args)
     if func in _OF_PIVOTS:
-        raise _d.ArgumentError(
-            f"np.linalg.{func.__name__} of recorded values would decide by pivots; "
-            "expected dyntape.symmetric_solve(a, b), or np.linalg.cholesky"
-        )
+        raise _of_pivots(f"np.linalg.{func.__name__}")
     try:
         return _all_taped(func._implementation(*args, **kwargs))
     except (TypeError, _d.RecordingError) as error:
         if not isinstance(error, _d.RecordingError) and not _NOT_SUPPORTED.search(str(error)):
             raise
-        if "cannot be recorded" in str(error):
+        if any(map(callable, args)) or "where=" in str(error):  # what is wrong is named already
             raise
         raise _cannot_be_recorded(f"{func.__module__}.{func.__name__}".replace("numpy", "np", 1)) from error
 
 
 def _cannot_be_recorded(name: str) -> Exception:
-    return _d.RecordingError(
-        f"{name} cannot be recorded: it needs numbers; expected arithmetic, numpy's elementary functions, sums and products, "
-        "and np.where or dyntape.where for cases, as between the points of a table"
-    )
+    return _d.RecordingError(f"{name} cannot be recorded: it needs numbers; expected {_INSTEAD.get(name, _ANYTHING)}")
+
+
+def _of_pivots(name: str) -> Exception:
+    instead = _INSTEAD.get(name, "dyntape.symmetric_solve(a, b), or np.linalg.cholesky")
+    return _d.ArgumentError(f"{name} of recorded values would decide by pivots; expected {instead}")
+
+
+def explained(error: BaseException) -> Exception | None:
+    """What an error of numpy in a function that is recorded means; None: it is another's error."""
+    better: Exception | None = None
+    ufunc = getattr(error, "ufunc", None)
+    if isinstance(error, IndexError) and "arrays used as indices" in str(error):
+        better = _d.RecordingError(
+            "an index needs integers: which entries a recorded condition takes would depend on values; expected np.where(condition, a, b)"
+        )
+    elif isinstance(error, TypeError) and (method := re.search(r"of type (?:int|float) which has no callable (\w+) method", str(error))):
+        better = _d.RecordingError(
+            f"np.{method[1]} of an array of recorded values and numbers: numpy asks numbers for what they lack; "
+            "expected dyntape.array([...]) in place of np.array([...])"
+        )
+    elif isinstance(error, TypeError) and isinstance(ufunc, np.ufunc):  # of nested lists, which ask nobody
+        name = ufunc.__name__.rstrip("1")  # solve1 is np.linalg.solve of a vector
+        linear = name in {function.__name__ for function in _OF_PIVOTS}
+        better = _of_pivots(f"np.linalg.{name}") if linear else _cannot_be_recorded(ufunc.__name__)
+    if better is not None:
+        better.__cause__ = error
+    return better
 
 
 def _select(condlist: Any, choicelist: Any, default: Any = 0) -> Any:
@@ -126,6 +180,13 @@ def _select(condlist: Any, choicelist: Any, default: Any = 0) -> Any:
     for condition, choice in reversed(list(zip(condlist, choicelist, strict=True))):
         chosen = where(condition, choice, chosen)
     return chosen
+
+
+def _sinc(x: Any) -> Any:
+    """sin(y) / y of y = pi x, near 0 its series: numpy's own has no second derivative at 0."""
+    y = np.pi * x
+    small, z = abs(y) < 1e-2, y * y
+    return where(small, 1 - z / 6 * (1 - z / 20 * (1 - z / 42)), np.sin(y) / where(small, 1.0, y))
 
 
 def _clip(a: Any, a_min: Any = None, a_max: Any = None) -> Any:

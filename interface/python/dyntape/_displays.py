@@ -41,7 +41,7 @@ def facts(result: Any, names: tuple[str, ...]) -> str:
 
 def ddp_page(result: Any) -> str:
     """Of a DdpSolution."""
-    names = ("status", "success", "cost", "iterations", "slope", "integration_error", "seconds")
+    names = ("verdict", "status", "success", "cost", "iterations", "slope", "integration_error", "seconds")
     return facts(result, names) + curves(result.t, result.x, "states") + curves(result.t, result.u, "controls")
 
 

@@ -95,3 +95,60 @@ def of_arguments(function: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) 
     types = ", ".join(f"{word}: {type(value).__name__}" for word, value in given.items())
     wanted = ", ".join(f"{word}: {_expected(known.get(word, 'Any'), None)}" for word in given)
     return f"{name}: got {types}; expected {wanted}"
+
+
+# What the field and other libraries call a robot's functions.
+_NAMES_HERE = {
+    "forward_dynamics": "aba",
+    "fd": "aba",
+    "acceleration": "aba",
+    "inverse_dynamics": "rnea",
+    "id": "rnea",
+    "inertia": "crba",
+    "inertia_matrix": "crba",
+    "mass_matrix": "crba",
+    "M": "crba",
+    "inverse_mass_matrix": "minverse",
+    "inverse_inertia": "minverse",
+    "bias": "nonlinear_effects",
+    "bias_force": "nonlinear_effects",
+    "coriolis": "nonlinear_effects",
+    "gravity_vector": "gravity",
+    "generalized_gravity": "gravity",
+    "kinetic_energy": "energy",
+    "potential_energy": "energy",
+    "fk": "frame_placement",
+    "forward_kinematics": "frame_placement",
+    "frame_pose": "frame_placement",
+    "pose": "frame_placement",
+    "jacobian": "frame_jacobian",
+    "inverse_kinematics": "problem(...).inverse_kinematics",
+    "ik": "problem(...).inverse_kinematics",
+    "center_of_mass": "com",
+    "centre_of_mass": "com",
+    "contact_dynamics": "constrained_dynamics",
+    "regressor": "torque_regressor",
+    "names": "joints",
+    "neutral_configuration": "neutral",
+    "random_configuration": "random",
+}
+
+
+def _missing_attribute(owner: Any, name: str) -> Any:
+    kind = type(owner)
+    if name.startswith("_"):
+        raise AttributeError(f"{kind.__name__} has no {name!r}", name=name, obj=owner)
+    known = [word for word in dir(kind) if not word.startswith("_")]
+    text = f"{kind.__name__} has no {name!r}"
+    here = _NAMES_HERE.get(name) if kind.__name__ == "Robot" else None
+    near = difflib.get_close_matches(name, known, 1)
+    if here:
+        text += f"; it is called {here} here"
+    elif near:
+        text += f"; did you mean {near[0]!r}?"
+    raise AttributeError(text, name=name, obj=owner)
+
+
+def explain_missing_attributes(kind: type) -> None:
+    """Errors of unknown attributes name the nearest, or what it is called here."""
+    kind.__getattr__ = _missing_attribute  # type: ignore[attr-defined]

@@ -32,6 +32,7 @@ std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p,
                                                const std::string& hessian, const std::string& method,
                                                std::optional<bool> refine, bool compile, nb::handle progress,
                                                const nb::kwargs& more) {
+  if (intervals) check_intervals(*intervals);
   SolveOptions options;
   KeywordOptions given("solve", nb::type<PythonProblem>().attr("solve"), nb::find(p), more);
   visit_options(options.solver, given);

@@ -5,9 +5,11 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <cmath>
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/capsules.h>
 #include <dyntape/interface/motion/contact_changes.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
@@ -19,6 +21,20 @@ namespace dyntape::python {
 namespace {
 
 using P = PythonProblem;
+
+// Two terms of one name cannot be told apart in verdicts.
+void add_term(P& p, Term term) {
+  for (const Term& other : p.problem.terms)
+    if (other.name == term.name)
+      throw ArgumentError("problem \"" + p.problem.name + "\": two terms are called \"" + term.name +
+                          "\"; expected another name");
+  p.problem.add(std::move(term));
+}
+
+double weight_of(const std::string& call, double weight) {
+  if (weight >= 0 && std::isfinite(weight)) return weight;
+  throw ArgumentError(call + ": weight is " + io::shortest(weight) + "; expected zero or more");
+}
 
 // "running", "end", "start", or a share of the duration.
 Term placed(Term term, nb::handle where) {
@@ -38,19 +54,20 @@ Term placed(Term term, nb::handle where) {
 }
 
 void add_cost(P& p, const std::string& name, nb::handle f, nb::handle where) {
-  p.problem.add(placed(running_cost(name, stage_function_of(p, name, f)), where));
+  add_term(p, placed(running_cost(name, stage_function_of(p, name, f)), where));
 }
 
 void add_squares(P& p, const std::string& name, nb::handle f, double weight, nb::handle where) {
+  (void)weight_of("add_squares(\"" + name + "\")", weight);
   const StageFunction residuals = stage_function_of(p, name, f);
-  p.problem.add(placed(running_squares(name, weight == 1 ? residuals : weighted(residuals, weight)), where));
+  add_term(p, placed(running_squares(name, weight == 1 ? residuals : weighted(residuals, weight)), where));
 }
 
 void add_equality(P& p, const std::string& name, nb::handle f, nb::handle where) {
   Term term = placed(path_equality(name, stage_function_of(p, name, f)), where);
   std::optional<double> share;
   if (term.where != Where::kRunning) share = term.where == Where::kTerminal ? 1 : term.share;
-  p.problem.add(std::move(term));
+  add_term(p, std::move(term));
   if (!nb::isinstance<PythonStageFunction>(f)) return;
   const auto& target = nb::cast<const PythonStageFunction&>(f).target;
   if (target) p.demands.push_back({*target, share, false, floor_under(p.scene, target->position)});
@@ -75,9 +92,9 @@ void add_inequality(P& p, const std::string& name, nb::handle f, nb::handle lowe
                            Eigen::VectorXd::Zero(problem.n_a()), Eigen::VectorXd::Zero(problem.n_u())))
           .size();
   const double none = std::numeric_limits<double>::infinity();
-  p.problem.add(placed(path_inequality(name, values, bound(lower, name + ": lower", n, -none),
-                                       bound(upper, name + ": upper", n, none)),
-                       where));
+  add_term(p, placed(path_inequality(name, values, bound(lower, name + ": lower", n, -none),
+                                     bound(upper, name + ": upper", n, none)),
+                     where));
 }
 
 const RobotScene& scene_of(const P& p, const char* what) {
@@ -153,7 +170,7 @@ void keep_clear_of(P& p, nb::handle body, nb::handle obstacle, double least) {
   Term term =
       keep_clear(scene_of(p, "keep_clear"), capsule_of(body, true), capsule_of(obstacle, false), least);
   term.function = p.of_all(term.function);
-  p.problem.add(std::move(term));
+  add_term(p, std::move(term));
 }
 
 void swing_clearance_of(P& p, const std::string& frame, nb::handle start, nb::handle end, double clearance,
@@ -163,7 +180,7 @@ void swing_clearance_of(P& p, const std::string& frame, nb::handle start, nb::ha
   const Eigen::Vector3d foothold = vector_of(end, "swing_clearance: end", 3);
   Term term = swing_clearance(scene_of(p, "swing_clearance"), foot, foothold, clearance);
   term.function = p.of_all(term.function);
-  p.problem.add(std::move(term));
+  add_term(p, std::move(term));
   if (!floor) floor = floor_under(p.scene, foothold);
   const bool steps_down = foothold.z() < foot.place->z() && floats(p.scene.model);
   if (!floor && steps_down) floor = 0;
@@ -213,14 +230,18 @@ void bind_terms(nb::class_<P>& problem) {
               "Demands lower <= f <= upper; a number is for all entries.");
 #undef DYNTAPE_WHERE
   problem.def(
-      "add_effort", [](P& p, double weight) { p.problem.add(squared_controls(weight)); },
+      "add_effort",
+      [](P& p, double weight) { add_term(p, squared_controls(weight_of("add_effort", weight))); },
       nb::arg("weight") = 1.0, "weight |u|^2, integrated.");
   problem.def(
       "add_accelerations",
-      [](P& p, double weight) { p.problem.add(squared_accelerations(p.problem, weight)); },
+      [](P& p, double weight) {
+        add_term(p, squared_accelerations(p.problem, weight_of("add_accelerations", weight)));
+      },
       nb::arg("weight") = 1.0, "weight |dv/dt|^2, integrated.");
   problem.def(
-      "add_minimum_time", [](P& p, double weight) { p.problem.add(minimum_time(weight)); },
+      "add_minimum_time",
+      [](P& p, double weight) { add_term(p, minimum_time(weight_of("add_minimum_time", weight))); },
       nb::arg("weight") = 1.0, "weight times the duration, which is free.");
   problem.def(
       "limit_positions", [](P& p) { set_bounds(p, "limit_positions", limit_positions); },

@@ -65,9 +65,7 @@ nb::object random_configuration(const Robot& robot, std::optional<std::size_t> c
   if (robot.urdf.mimics.empty()) {
     draw(robot.model());
   } else {
-    dynamics::Model<double> narrowed = robot.model();
-    for (auto& joint : narrowed.joints) joint.limits = limits_with_followers(robot, joint);
-    draw(Mimic(narrowed, robot.urdf.mimics));
+    draw(Mimic(with_tied_limits(robot), robot.urdf.mimics));
   }
   return array;
 }

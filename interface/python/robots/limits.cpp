@@ -1,35 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "limits.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include <dyntape/dynamics/model/mimic_rules.h>
+#include <dyntape/interface/robot/robot_scene.h>
 
 namespace dyntape::python {
-namespace {
 
-// Narrows a leader's limits to those within which a follower, multiplier * leader + offset, keeps its own.
-void narrow(dynamics::JointLimits& leader, const dynamics::MimicRule& rule,
-            const dynamics::JointLimits& follower) {
-  if (rule.multiplier == 0) return;
-  const double a = (follower.lower - rule.offset) / rule.multiplier;
-  const double b = (follower.upper - rule.offset) / rule.multiplier;
-  leader.lower = std::max(leader.lower, std::min(a, b));
-  leader.upper = std::min(leader.upper, std::max(a, b));
-  leader.velocity = std::min(leader.velocity, follower.velocity / std::abs(rule.multiplier));
-}
-
-}  // namespace
-
-dynamics::JointLimits limits_with_followers(const Robot& robot, const dynamics::Joint<double>& joint) {
-  dynamics::JointLimits limits = joint.limits;
-  for (const dynamics::MimicRule& rule : dynamics::resolved(robot.urdf.mimics)) {
-    if (rule.leader != joint.name) continue;
-    for (const auto& follower : robot.model().joints)
-      if (follower.name == rule.joint) narrow(limits, rule, follower.limits);
-  }
-  return limits;
+dynamics::Model<double> with_tied_limits(const Robot& robot) {
+  RobotScene scene{robot.model()};
+  scene.mimics = robot.urdf.mimics;
+  const Ties ties = ties_of(scene);
+  dynamics::Model<double>& model = scene.model;
+  if (ties.empty()) return model;
+  constexpr double kNone = dynamics::JointLimits::kNone;
+  Eigen::VectorXd lower = Eigen::VectorXd::Constant(model.nq, -kNone), upper = -lower;
+  Eigen::VectorXd fastest = Eigen::VectorXd::Constant(model.nv, kNone), slowest = -fastest;
+  const auto for_each_single = [&](const auto& visit) {
+    for (auto& joint : model.joints)
+      if (dynamics::is_single(joint.type)) visit(joint.limits, joint.idx_q, joint.idx_v);
+  };
+  for_each_single([&](const auto& limits, int q, int v) {
+    lower[q] = limits.lower, upper[q] = limits.upper;
+    fastest[v] = limits.velocity, slowest[v] = -limits.velocity;
+  });
+  ties.narrow_q(lower, upper), ties.narrow_v(slowest, fastest);
+  for_each_single([&](auto& limits, int q, int v) {
+    limits.lower = lower[q], limits.upper = upper[q], limits.velocity = fastest[v];
+  });
+  return model;
 }
 
 }  // namespace dyntape::python

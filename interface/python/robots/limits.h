@@ -9,7 +9,7 @@
 
 namespace dyntape::python {
 
-// The limits of a joint, narrowed to those within which the joints that follow it keep theirs.
-dynamics::JointLimits limits_with_followers(const Robot& robot, const dynamics::Joint<double>& joint);
+// The robot's model; joints have the limits within which those that follow them keep theirs.
+dynamics::Model<double> with_tied_limits(const Robot& robot);
 
 }  // namespace dyntape::python

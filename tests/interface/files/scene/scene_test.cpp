@@ -374,6 +374,17 @@ TEST(Scenes, StepsThatAreTooLongAreRefusedWithTheLongest) {
   }
 }
 
+// Steps of a large robot take milliseconds: who interrupts a motion does not wait for a thousand of them.
+TEST(Scenes, AStopIsLookedForAtEveryStep) {
+  Scene scene = shipped("pendulum");
+  scene.evaluation.route = Route::kInterpreter;
+  std::stop_source stop;
+  const SimulatedMotion motion =
+      simulate(scene, {stop.get_token(), [&](const std::string&) { stop.request_stop(); }});
+  EXPECT_TRUE(motion.was_stopped);
+  EXPECT_LE(motion.steps, 1);
+}
+
 // What a motion finds wrong with its start is at the key of the file, or of a scene without a file at its name.
 TEST(Scenes, AWrongStartHasItsPlace) {
   const auto refusal = [](const std::string& effects, const std::string& start, const std::string& step) {
