@@ -31,7 +31,7 @@
 //
 // - A copy is cheap and shares the library.  The library stays loaded while a copy or a workspace exists.
 // - Evaluation is const, and thread-safe if each thread has its own workspace.
-// - Evaluation does not allocate.  Exception: a function with guards, no `status`, and more points than ever before.
+// - Evaluation does not allocate.  Exception: with guards and no `status`, a call with more points than before.
 // - y, J and H have the same bits in all three calls and for any number of points and threads.
 // - These bits are equal to the interpreter's.
 // - If no compiler is found, the function runs as machine code generated in the process (machine/machine_code.h).
@@ -42,13 +42,13 @@
 //
 // - A library found in the cache is used at once, and is final.
 // - On processors without machine code, the interpreter evaluates first.
-// - There, if the flags ask for more than -O1, a long function is first compiled at -O1 for temporary use (not
-// cached).  There is no -O0 tier, since -O0 is no faster than the interpreter.
-// - If the compiler fails, the current tier stays.  stderr says so once, trouble() returns the reason, wait()
-// throws.
-// - A forked child does not compile, and wait() throws there.
+// - On such processors, if the flags ask for more than -O1, a long function is first compiled at -O1 for temporary
+// use (not cached).  There is no -O0 tier, since -O0 is no faster than the interpreter.
+// - If the compiler fails, the current tier stays.  One notice on stderr says so, trouble() returns the reason, and
+// wait() throws.
+// - A child process after fork() does not compile; its wait() throws.
 // - When the last copy is destroyed, a compiler that still runs is terminated.
-// - A process compiles one function at a time, with options.jobs compilers in parallel, to bound the memory.
+// - A process compiles one tiered function at a time, by options.jobs parallel compilers: this bounds the memory.
 //
 // Errors:
 //

@@ -7,7 +7,7 @@
 //   derive(f, Order::kSecond)      value, Jacobian and Hessian as one function             derive.h
 //   to_text(f)                     one line per node                                       dump.h
 //
-// A Function is a value: stages take a const Function and return a new one.
+// A Function is a plain value: each pass takes a const Function and returns a new one.
 #pragma once
 
 #include <array>
@@ -49,10 +49,10 @@ struct Function {
 // invalid.
 Function compact(const Function& function);
 
-// Replaces calls of callees that dissolve (callee.h) by their statements.
+// Inlines callees that are marked as dissolving (callee.h): replaces each call by the callee's operations.
 Function dissolved(const Function& function);
 
-// The outputs and guards with their part of the graph, without name and without numbers of inputs.
+// Returns these outputs and guards with the part of the graph that they need, without names and numbers of inputs.
 Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const std::vector<Guard>& guards);
 
 // Throws RecordingError, naming the node, unless every argument precedes its user, every index is in range and every
@@ -63,32 +63,32 @@ void check(const Function& function);
 // bit for bit, sizes, guards and callees.  Names are not included.
 std::string content_hash(const Function& function);
 
-// Includes the results of derive() up to that order: also the parts of callees that do not follow from their values
-// (callee.h), i.e. given derivatives, patterns, operations, and whether they dissolve.  Given derivatives are made
-// for hashing, if needed.
+// The hash of the function and its derive() results up to the order `derivatives`.  It includes the properties of
+// callees (callee.h) that do not follow from their values: given derivatives, patterns, operations, and whether they
+// dissolve.  If needed, given derivatives are made for hashing.
 std::string content_hash(const Function& function, int derivatives);
 
 // Replaces some inputs of a block by constants and simplifies (partial evaluation).  Other inputs keep their
-// indices; a block with all inputs replaced becomes empty.
+// indices.  If all inputs of a block are replaced, the block becomes empty.
 struct Binding {
   std::size_t index;
   double value;
 };
 Function bind(const Function& function, Block block, const std::vector<Binding>& bindings);
 
-// Turns all weights, then all parameters, into variables: x' = (x, w, p).  These variables are differentiated.  A
-// weight of zero is then an ordinary number: its product with an infinity is NaN, since the gates of the derivation
-// are open.
+// Turns all weights and all parameters into variables, which are differentiated: x' = (x, w, p).  A weight of zero is
+// then an ordinary number: zero times infinity is NaN, since the gates that make the product zero (flow.h) are
+// removed.
 Function all_as_variables(const Function& function);
 
-// The same with closed gates, for a callee whose other arguments say which weights are present.
+// The same, but keeps the gates: for a callee whose other arguments say which weights are present.
 Function weights_as_variables(const Function& function);
 
 // The function with the given outputs only, in this order.
 Function select_outputs(const Function& function, const std::vector<std::size_t>& outputs);
 
-// Live operations by kind, without inputs and constants: {"Add": 12, "Mul": 20, ...}, in table order.  A call counts
-// as one, plus the operations in the callee.
+// Counts live operations by kind, without inputs and constants: {"Add": 12, "Mul": 20, ...}, in table order.  A call
+// counts as one, plus the operations of the callee.
 std::vector<OperationCount> count_operations(const Function& function);
 std::size_t total_operations(const Function& function);
 std::vector<OperationCount> count_operations(const Callee& callee);  // of one call

@@ -14,7 +14,7 @@
 //   current()             the recording whose values take the quick path, or null
 //   other(values...)      the recording of values if some are not of current(); null: all values are constants
 //   outside(tape, a)      the node of a value that is not of this recording: a constant, an input, or an error
-//   is_plain(a)           whether a value that is not recorded is a plain number
+//   is_plain(a)           true if a value that is not recorded is a plain number
 //   number(a)             the number of a value as a double
 //   is_constant(a, b)     whether b is a constant of the recording that an operation on a and b adds to
 //   evaluate<op>(x, y, z) the operation on Base
@@ -39,7 +39,7 @@ struct Tape {
   Tape(const Tape&) = delete;
   Tape& operator=(const Tape&) = delete;
 
-  // Records, once for each condition, that the condition has this value at the recording point.
+  // Adds a guard: the condition had this value at the recording point.  Each condition is guarded once.
   void guard(NodeId condition, bool expected, const char* file, int line);
 
   std::uint32_t serial;  // never 0
@@ -181,7 +181,7 @@ struct RecordedArithmetic {
     const Base value = Policy::template evaluate<op>(a.value(), b.value(), b.value());
     if ((zero && c == 0) || (one && c == 1)) return {value, x.id(), x.tape()};
     if ((op == Op::Sub && left && c == 0) || (op == Op::Mul && c == -1)) return negation(value, x);
-    // Other zeros, and divisors, have laws of their own.
+    // Other operations with zero, and divisions by a constant, have laws of their own.
     if (c == 0 || (op == Op::Div && !left)) return apply_by_laws<op>(a, b);
     const NodeId id = x.id() & ~kNegated;
     if (id == x.id()) return add_node_of_constant<left>(value, op, c, id, tape);

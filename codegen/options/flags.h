@@ -21,10 +21,10 @@
 namespace dyntape::codegen {
 
 const std::vector<std::string>& contract_flags();
-// The contract flags that matter to code with these operators only: a shorter list, for people.
+// The contract flags that affect code with these operators: a shorter list, to be read by people.
 std::vector<std::string> contract_flags(const std::vector<Op>& operators);
 
-// The name of the libm function that the operator's C calls: "atan2"; empty if the operator calls none.
+// The libm function that is called in the operator's C code: "atan2"; empty if there is none.
 std::string_view called_function(Op op);
 
 // The libm functions that text with these operators calls, each once, with the number of arguments.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The numbers of lanes of processors, and the compiler flags for each number.
+// The numbers of SIMD lanes for which kernels are compiled, and the compiler flags for each number.
 //
 //   lane_widths(Lanes::kAll)       {2, 4, 8} on x86-64 (SSE2, AVX2, AVX-512), {2} on other processors
 //   lane_widths(Lanes::kNative)    the widest of this processor: {8} with AVX-512, ...

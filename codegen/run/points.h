@@ -14,7 +14,7 @@
 
 namespace dyntape {
 
-// Doubles from one point to the next, for each array.
+// The distance from one point to the next in doubles, for each array.
 using Strides = dyntape_strides;
 
 struct Points {
@@ -38,7 +38,7 @@ struct Violation {
 
 namespace codegen {
 
-// `count` of the points, starting at `first`; whole blocks.
+// Returns the `count` points that start at `first`; both are multiples of a block.
 inline Points part_of(const Points& all, const Strides& strides, std::size_t first, std::size_t count) {
   const std::size_t block = first / all.side_by_side;
   const auto from = [](auto* start, std::size_t by) { return start ? start + by : nullptr; };

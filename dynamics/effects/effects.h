@@ -11,7 +11,7 @@
 //   VectorX<double> a = forward_dynamics(model, data, torques, effects, q, v, command);
 //
 // Equation of motion with effects:
-//   M(q) a + armature a + C v + g = drive(command) + tau_joints + sum of J^T F
+//   M(q) a + C v + g = drive(command) + tau_joints + sum of J^T F
 //   drive        the torques of the motors, with saturation (saturation.h)
 //   tau_joints   damping, friction, springs, soft limits, back-EMF, tendons
 //   F            external wrenches, drag, buoyancy, contacts (point_forces.h)

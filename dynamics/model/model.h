@@ -36,7 +36,7 @@ enum class JointType {  // in the order of kJointTraits
   kFreeFlyer,  // nq 7, nv 6: position, quaternion (x y z w); velocity (linear, angular) in the moving frame
 };
 
-// Traits of joint types for lists of joints; all other differences are in joints.h.
+// Properties of joint types, as constants; joints.h has the functions that differ by joint type.
 struct JointTraits {
   const char* name;  // as `info` prints it
   int nq, nv;
@@ -104,12 +104,12 @@ struct Model {
   int add_joint(int parent_joint, const Joint<T>& joint, const Placement<T>& X_PJ, const Inertia<T>& inertia);
 
   // Appends a universal joint and its body: name_1 turns a massless cross about axis_1, name_2 turns the body about
-  // axis_2, an axis of the cross.  q and v are the two angles and their rates; S is constant in the frame of each.
+  // axis_2, an axis of the cross.  q and v are the two angles and their rates; each axis S is constant in its frame.
   // ArgumentError for parallel axes.  Returns the index of the second joint.
   int add_universal(int parent_joint, const std::string& joint_name, const Eigen::Vector3d& axis_1,
                     const Eigen::Vector3d& axis_2, const Placement<T>& X_PJ, const Inertia<T>& inertia);
 
-  // The same robot with constants of another scalar.  To double: for scalars with static_cast.
+  // The same robot with constants of scalar S.  S = double needs a static_cast from T to double.
   template <class S>
   Model<S> cast() const;
 };

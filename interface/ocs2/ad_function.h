@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A function of variables x and parameters p: recorded, differentiated, compiled, evaluated.  The interface is that
-// of OCS2's CppAdInterface, so that code for OCS2 compiles, with additions.
+// A function of variables x and parameters p: recorded, differentiated, compiled, evaluated.  AdFunction has the
+// interface of OCS2's CppAdInterface, with additions, so that code for OCS2 compiles.
 //
 //   auto distance = [](const ad_vector_t& x, const ad_vector_t& p, ad_vector_t& y) {
 //     y.resize(1);
@@ -104,15 +104,15 @@ class AdFunction {
   // Records, then loads the library from the cache or builds it.  If this throws, the object keeps its previous model.
   // verbose: one line on stderr.
   void createModels(ApproximationOrder order = ApproximationOrder::Second, bool verbose = true);
-  // Records, and loads the highest order that the cache has for this function; NotCached if there is none.
+  // Records, and loads the highest order that the cache has for this function; throws NotCached if it has none.
   void loadModels(bool verbose = true);
   // Loads this order from the cache, or creates it; never rebuilds an existing library.
   void loadModelsIfAvailable(ApproximationOrder order = ApproximationOrder::Second, bool verbose = true);
   // Loads this order or a higher one from the cache, or creates it.
   void loadModelsOfAtLeast(ApproximationOrder order, bool verbose = true);
   // With settings.codegen.route = Route::kTiered, the functions above return before a compiler starts, and the first
-  // results come from another tier (codegen/compiled_function.h) with the same bits.  waitForCompiler() returns when
-  // the compiler is done, and throws ToolError if it failed.
+  // tier (codegen/compiled_function.h) gives the first results, with the same bits.  waitForCompiler()
+  // returns when the compiler has finished, and throws ToolError if it failed.
   void waitForCompiler() const;
 
   // --- OCS2's results: dense, by value ---
@@ -137,7 +137,7 @@ class AdFunction {
   void evaluate(const double* x, const double* p, double* y, double* jacobian = nullptr,
                 const double* weights = nullptr, double* hessian = nullptr) const;
 
-  // Evaluates `count` contiguous points with settings.threads threads; the same bits as evaluate().
+  // Evaluates `count` contiguous points with settings.threads threads, with the same bits as evaluate().
   void evaluateBatch(std::size_t count, const double* x, const double* p, double* y,
                      double* jacobian = nullptr, const double* weights = nullptr,
                      double* hessian = nullptr) const;

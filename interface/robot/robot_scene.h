@@ -9,7 +9,7 @@
 //
 // Only the chosen effects are recorded (dynamics/effects/effects.h).
 //
-// Mimic joints follow others by the rules of `mimics`.  States of a scene still have all joints; dynamics keep the rules.
+// Mimic joints follow others by the rules of `mimics`.  States contain all joints; the dynamics satisfy the rules.
 // Followers have no motors.
 //
 // Errors.  ArgumentError: a driven joint that is unknown, named twice, of several degrees of freedom, or a follower.
@@ -29,17 +29,17 @@ struct RobotScene {
   dynamics::Model<double> model;
   dynamics::Effects<double> effects = {};
   std::vector<std::string> actuated = {};  // joints; empty: all independent ones with one degree of freedom
-  // (s) lag of each driven joint, m' = (u - m) / lag, or empty.  0: no lag.
+  // (s) time constant of each motor's torque m: m' = (u - m) / lag; 0 or empty: no lag.
   Eigen::VectorXd lag = {};
   SceneConstraints constraints = {};  // loops, rigid contacts, hard limits
   std::vector<dynamics::MimicRule> mimics = {};
 };
 
-// The rules of mimic joints in vectors of all joints and of the independent ones (dynamics/model/following.h).  Empty, and
-// all conversions return their argument, if no joint follows another.
+// Converts vectors of all joints to vectors of the independent joints and back, by the rules of mimic joints
+// (dynamics/model/following.h).  If no joint follows another: is empty, and conversions return their argument.
 struct Ties {
-  std::vector<dynamics::FollowedEntry> q, v;  // (nq), (nv) entries of all joints
-  std::vector<int> q_owners, v_owners;        // entry of all joints for each independent one
+  std::vector<dynamics::FollowedEntry> q, v;  // (nq), (nv) the rule of each entry
+  std::vector<int> q_owners, v_owners;        // index among all joints, for each independent entry
 
   bool empty() const { return v.empty(); }
   // For Data::following.
@@ -64,7 +64,7 @@ struct Ties {
   dynamics::VectorX<T> own_v(const dynamics::VectorX<T>& all) const {
     return owned(v_owners, all);
   }
-  // Followers where their leaders put them.
+  // Returns the vector with each follower at the value that its leader determines.
   template <class T>
   dynamics::VectorX<T> tied_q(const dynamics::VectorX<T>& all) const {
     return all_q(own_q(all));
@@ -73,7 +73,7 @@ struct Ties {
   dynamics::VectorX<T> tied_v(const dynamics::VectorX<T>& all) const {
     return all_v(own_v(all));
   }
-  // G^T tau: torques of all joints at the leaders, and zero at the followers.
+  // G^T tau: adds the torques of followers, times their factors, to their leaders, and sets them to zero.
   template <class T>
   dynamics::VectorX<T> gathered(dynamics::VectorX<T> tau) const {
     for (std::size_t k = 0; k < v.size(); ++k) {
@@ -84,9 +84,9 @@ struct Ties {
     }
     return tau;
   }
-  // J G of a matrix (rows x nv).
+  // J G, for a matrix J (rows x nv).
   Eigen::MatrixXd columns(const Eigen::MatrixXd& J) const;
-  // Narrows bounds of positions (nq) or velocities (nv): a leader stays where its followers keep theirs.
+  // Narrows a leader's bounds of position (nq) or velocity (nv), so that its followers stay within their bounds.
   void narrow_q(Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) const;
   void narrow_v(Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) const;
 
@@ -108,7 +108,7 @@ struct Ties {
 
 // ArgumentError for rules that check_mimic_rules refuses.
 Ties ties_of(const RobotScene& scene);
-// The rule of a joint; null: it is independent.
+// The rule of a joint; null if the joint is independent.
 const dynamics::MimicRule* rule_of(const RobotScene& scene, const std::string& joint);
 // Independent joints of one degree of freedom.
 std::vector<std::string> independent_joints(const RobotScene& scene);
@@ -138,7 +138,7 @@ bool floats(const dynamics::Model<double>& model);
 // The unit of an entry of (q, v), e.g. " rad/s"; "" for entries of a quaternion, or a cosine and sine.
 std::string unit_of_state(const dynamics::Model<double>& model, int index);
 
-// Column names of q ("q") or v ("v") in tables: q.elbow; for joints with several entries by number, q0.
+// Column names of q ("q") or v ("v") in tables: q.elbow; q0, q1, ... if the joint has several entries.
 std::vector<std::string> entry_names(const dynamics::Model<double>& model, const std::string& block);
 
 }  // namespace dyntape

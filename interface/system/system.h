@@ -11,7 +11,7 @@
 //
 // Commands u (n_u) are constant over a step.  A motor with lag (s) has a state m, m' = (u - m) / lag, which is
 // integrated exactly, also inside a step: m(t + s) = u + (m - u) exp(-s / lag).  The drive of the system is m, or u
-// without lag.  Parameters p (n_p) are free for the callables.  The callables are recorded: use select instead of
+// without lag.  The callables may use parameters p (n_p).  The callables are recorded: use select instead of
 // `if` on values (autodiff/record/scalar.h).
 #pragma once
 
@@ -42,11 +42,11 @@ struct System {
   std::function<VectorXad(const SystemPoint<AD>&)> acceleration = {};  // (nv)
 
   // For Integrator::kVariational, which does not use the acceleration: kinetic minus potential energy (J), at most
-  // quadratic in v; and generalized forces (nv) that are not in it, or empty.
+  // quadratic in v; and the generalized forces (nv) that have no potential in the Lagrangian, or empty.
   std::function<AD(const VectorXad& q, const VectorXad& v, const VectorXad& p)> lagrangian = {};
   std::function<VectorXad(const SystemPoint<AD>&)> forces = {};
 
-  // Adaptive steps end if an entry falls to zero.  g > 0 is the normal state, e.g. the height of a ball.
+  // An adaptive step ends if an entry g falls to zero.  Normally g > 0, e.g. the height of a ball above the ground.
   std::function<VectorXad(const SystemPoint<AD>&)> events = {};
 };
 
@@ -69,7 +69,7 @@ inline constexpr Integrator kIntegrators[] = {Integrator::kSemiImplicitEuler, In
 const char* to_string(Integrator integrator);
 bool is_adaptive(Integrator integrator);
 
-// The lagged motors, whose states are the last in x = (q, v, m), in the order of u.
+// Indices of the motors with lag, in the order of u; their states m are the last entries of x = (q, v, m).
 std::vector<int> lagged_motors(const System& system);
 
 }  // namespace dyntape

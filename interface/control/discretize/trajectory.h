@@ -27,7 +27,7 @@ struct Trajectory {
   Eigen::VectorXd u_lower = {}, u_upper = {};
 
   // Sets these limits, widened by the fraction kSlack of a control's range or movement.  A control that reaches a
-  // limit smoothly exceeds it by less; clamping it there would lose more accuracy than it gains.
+  // limit smoothly exceeds the limit by less; clamping such a control would lose more accuracy than it gains.
   void limit_controls(const Eigen::VectorXd& lower, const Eigen::VectorXd& upper) {
     constexpr double kSlack = 9e-4;
     u_lower = lower, u_upper = upper;

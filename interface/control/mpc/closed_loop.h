@@ -6,8 +6,8 @@
 //   const ClosedLoop loop = close_loop(problem, {.seconds = 3, .period = 0.02, .disturbances = {{1.0, dx}}});
 //   plot(loop.motion.t, loop.motion.x);        loop.latency(0.99);        // s
 //
-// Each period, the state is measured and a plan is computed.  The plan acts `delay` later; until then the previous
-// plan acts.  A plan starts at the state predicted for the time at which it acts.
+// In each period, the state is measured and a plan is computed.  The plan is applied `delay` later; until then the
+// previous plan is.  A plan starts at the state that is predicted for the time of its application.
 //
 // - Default plant: the problem's own dynamics, integrated to 1e-10 (verify.h).  It is also the prediction.
 // - Simulated plant (ClosedLoopOptions::plant): the prediction is the previous plan's state at that time, plus the
@@ -17,8 +17,8 @@
 //
 // If a plan is not usable, the previous plan continues.
 //
-// With `feedback`, the plant corrects the control with the plan's gains (receding_horizon.h) at this interval and
-// holds the correction in between.  The reaction to a disturbance thus does not wait for the next plan.
+// If `feedback` is above 0 s, the plant corrects the control with the plan's gains (receding_horizon.h) once per
+// `feedback` and holds the correction in between.  So the reaction to a disturbance does not wait for the next plan.
 //
 // Errors:
 //

@@ -20,10 +20,10 @@
 // - The status of such a step is "iteration limit"; its cost is the value of the quadratic model.
 //
 // Large deviations.  After a disturbance the barrier parameter of the previous solution is too small: other limits
-// become active, and the path to them is long.  If the shifted plan violates a constraint by more than kFar nominal
-// values, the step starts from the shifted plan with a new barrier parameter.  If the chosen start gives no usable
-// plan, the step tries the other start, then the problem's initial guess.  Solves with a new barrier parameter
-// ignore `iterations`.  Measured on a cart-pole, a seven-joint arm and a single-mass robot:
+// become active, and the path to them is long.  If the shifted plan, with x as its first state, violates a constraint
+// by more than kFar nominal values, the step uses a new barrier parameter.  If this gives no usable plan, the step
+// tries again with the other barrier parameter, then from the problem's initial guess.  Solves with a new barrier
+// parameter ignore `iterations`.  Measured on a cart-pole, a seven-joint arm and a single-mass robot:
 //
 //                                     warm start           new barrier parameter
 //   deviation up to kFar              2 to 16 iterations   4 to 21
@@ -45,8 +45,8 @@
 // time.  Terms at a fraction of the horizon (at_fraction(), problem.h) are refused, since they would move with the
 // horizon.  Terms at the start of the horizon affect the current control.
 //
-// Usable plans.  A plan is usable if it is solved, or violates no constraint by more than `violation` nominal values
-// (nlp.h), those of the first start.  The residual of each real-time iteration is reported as `violation`; it
+// Usable plans.  A plan is usable if it is solved, or violates no constraint by more than `violation`, relative to
+// the nominal values (nlp.h) of the first step.  Real-time iterations report their residual as `violation`; it
 // decreases from step to step.  Gauss-Newton, the default, needs all costs as squares.  With exact Hessians full
 // steps may diverge.
 //
@@ -56,12 +56,12 @@
 // - Cost: one more factorisation of the solver's last system.
 // - Controls at a limit stay there, smoothed by the barrier.  With Gauss-Newton, K is the gain of that model.
 // - A plan has no gain if its quadratic model has no minimum.
-// - One gain serves until the next plan.  It belongs to a controller as fast as the mesh.  Gains of later intervals
-// would divide by the remaining influence of the first state and demand what no plant does within an interval: for
-// the arm of config/control/arm_holds.info on intervals of 20 ms, poles at -6e4 /s instead of -97 /s.
+// - K is used until the next plan.  It suits a controller whose period is about one mesh interval.  A gain of a later
+// interval would divide by the small remaining influence of the first state.  The loop would be too fast for a plant:
+// for the arm of config/control/arm_holds.info on intervals of 20 ms, poles at -6e4 /s instead of -97 /s.
 //
-// Printed.  With `printed`, steps run the text of a microcontroller (printed/controller.h), compiled here: the numbers of
-// the microcontroller, and mostly a shorter time.  Limits of states and path rows are then soft;
+// Printed.  With `printed`, a step runs the C code for microcontrollers (printed/controller.h), compiled here.
+// Results equal those of the microcontroller; steps mostly take less time.  Limits of states and path rows are soft;
 // values() changes parameters only; solution() and derivatives are not available.
 //
 // Derivatives.  problem() and solution() are what motion_sensitivities.h needs for the derivatives of the whole plan
@@ -71,7 +71,7 @@
 //   const MotionSensitivities by = sensitivity.at(mpc.problem(), mpc.solution());
 //   if (by.good()) by.gain, by.parameters.x;                                   // du(0)/dx(0); of all variables by p
 //
-// A plan of `iterations` steps that has not converged is no solution: the status says so, and derivatives are NaN.
+// A plan that has not converged after `iterations` is no solution: the status says so, and derivatives are NaN.
 //
 // Errors.  The result of a solve is a status, not an error.  ArgumentError for:
 //
@@ -101,10 +101,10 @@ struct MpcOptions {
   int iterations = 0;       // most iterations of a step after the first; 0: until convergence
   double violation = 1e-2;  // limit for usable plans, in nominal values
   bool gains = false;       // compute feedback gains
-  bool printed = false;     // run the printed text; needs what generate_controller needs
+  bool printed = false;     // run the printed C code; same conditions as generate_controller
 };
 
-// The planned motion from a time on.  A value; several threads may read it.
+// The planned motion from time `begin` on.  A plain value; several threads may read it.
 struct Plan {
   double begin = 0;   // s, plant's time
   Trajectory motion;  // times from 0
@@ -113,7 +113,7 @@ struct Plan {
   Eigen::VectorXd control(double t) const;
   Eigen::VectorXd state(double t) const;  // cubic interpolation if there is a gain, else linear
 
-  // With feedback for a plant at x.  Without a gain equal to control(t).
+  // The control with feedback, for the measured state x.  If there is no gain: control(t).
   Eigen::VectorXd control(double t, const Eigen::VectorXd& x) const;
   Eigen::VectorXd correction(double t,
                              const Eigen::VectorXd& x) const;  // (n_u) K (x - x_plan), without limits

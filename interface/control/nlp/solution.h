@@ -14,7 +14,7 @@
 namespace dyntape {
 
 enum class NlpMethod {
-  // kRiccati, and kIpopt where only Ipopt can: limited memory, Ipopt's options and prints, programs without stages.
+  // kRiccati; kIpopt if only Ipopt can solve it: limited memory, Ipopt's options and prints, programs without stages.
   kAutomatic,
   kRiccati,  // the stage-wise method of dyntape (interior_point.h)
   kIpopt,    // Ipopt and a general sparse solver (ipopt.h)

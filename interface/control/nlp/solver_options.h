@@ -35,8 +35,8 @@ struct SolverOptions {
   bool stop_when_settled = false;  // stop early on meshes that will be refined: kSettled (settling.h)
   bool try_other_method = true;    // solve_nlp: if the method fails, the other one starts from the same point
   // A solution of a program with the same variables and rows.  The solve starts from its point and multipliers, and
-  // `start` is ignored.  Bounds may differ: 3 iterations from the solution itself, about 6 if a goal moved by a
-  // hundredth.  kRiccati estimates the multipliers of equations that are NaN (with_multipliers_of()).
+  // ignores `start`.  Bounds may differ: 3 iterations if no bound changed, about 6 if a goal moved by a
+  // hundredth.  If multipliers of equations are NaN (with_multipliers_of()), kRiccati estimates them.
   std::shared_ptr<const NlpSolution> warm = {};
   // The first barrier parameter, of the scaled program, for a start near a solution whose multipliers are unknown.
   // The start is moved inside the bounds in proportion to its violation of the rows, by 1e-2 at most.
@@ -45,8 +45,8 @@ struct SolverOptions {
   int max_iterations = 3000;
   double max_seconds = 1e6;  // of processor time, all threads together
   int print_level = 0;       // of Ipopt: 0 silent .. 5 one line per iteration .. 12
-  // Options by Ipopt's name; numbers in any notation and locale ("1e-3"; "1000" for an integer option).  Refused are
-  // options that name files or libraries, that print, and that start from multipliers.
+  // Options by Ipopt's name; numbers in any notation and locale ("1e-3"; "1000" for an integer option).  Options that
+  // name files or libraries, that print, or that start from multipliers are refused.
   std::vector<std::pair<std::string, std::string>> extra = {};
   // A request ends the solve with kStopped and the best point so far (ipopt.h).
   std::stop_token stop = {};
@@ -54,7 +54,7 @@ struct SolverOptions {
       {};  // called at each iteration, with values in the program's units
 };
 
-// What `spent` seconds leave of max_seconds; above zero, as the solvers require.
+// Returns max_seconds - spent, at least 1e-9 s, since the solvers require a positive limit.
 inline double seconds_left(const SolverOptions& options, double spent) {
   constexpr double kLeast = 1e-9;
   return std::max(options.max_seconds - spent, kLeast);

@@ -16,15 +16,15 @@
 //   SmoothAbsolute     weight (sqrt(r^2 + e^2) - e)               weight r^2/(2e)  weight |r|          e: width
 //
 // Huber and SmoothAbsolute are the same function, with either the curvature at zero or the slope far away as
-// parameter.  The function is the smooth form of Huber's.  The piecewise form has no curvature on its lines and a
-// jump of curvature, where Newton steps oscillate.  Quadratic and Huber are squares of a residual that is smooth in
+// parameter.  The function is the smooth form of Huber's.  The piecewise form has no curvature on its lines, and its
+// curvature jumps; there Newton steps oscillate.  Quadratic and Huber are squares of a residual that is smooth in
 // r, so Gauss-Newton applies.  For inequalities the slope is continuous at a bound, the curvature is not.
 //
 //   RelaxedBarrier     with h the distance inside each finite bound: -mu log h if h > delta; below, the parabola with
 //                      the same value, slope and curvature: mu/2 (((h - 2 delta)/delta)^2 - 1) - mu log delta.
 //
 // The barrier pushes away from bounds before they are reached, decreases without limit as h grows, and is defined
-// beyond bounds, so that any start is valid.  For mu and delta to zero, its optimum converges to the optimum with
+// beyond bounds, so that any start is valid.  If mu and delta go to zero, the optimum converges to the optimum with
 // the bound.  The barrier is not a sum of squares; Gauss-Newton uses its exact curvature in h (Term::curvature).
 //
 // Range: |r| up to 1e150 widths.

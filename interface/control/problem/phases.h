@@ -53,8 +53,8 @@ struct PhaseLink {
 };
 std::vector<PhaseLink> links_of(const Phases& phases);
 
-// The problems with Problem::typical set from the movement of their states in neighbouring phases, if no link
-// changes them: a phase with free ends has no such estimate itself.
+// Returns the problems with Problem::typical set from the movement of the same states in neighbouring phases, if no
+// link changes the states.  A phase with free ends gives no estimate of its own.
 std::vector<Problem> told_of_each_other(const Phases& phases);
 
 // Throws ArgumentError, naming the phase, if a problem is inconsistent (check() in problem.h) or does not fit its

@@ -11,14 +11,14 @@
 //   p.goal << 1, 0;
 //   Solution s = optimise(p, {.mesh = {.intervals = 10}});                       // optimise.h
 //
-// All costs and constraints are Terms of one list.  A Term says where it acts, its role, and has a function of the
-// stage (stage.h).  A lambda is enough for your own cost.
+// All costs and constraints are Terms of one list.  A Term has a Where (path, instant or end), a Role (cost or
+// constraint) and a function of the stage (stage.h).  A lambda is enough for your own cost.
 //
 // - Inverse form: accelerations a are variables, x' = f(t, x, a, u) is linear, and the dynamics are equations
 // residual(t, x, a, u) = 0 at every point.  `ode` then computes x' from x and u alone, to verify the motion.
 // - A term acts along the path, at the end, or at one instant (at_fraction()), e.g. a waypoint.
-// - penalties.h has soft limits and other norms than squares.
-// - parameters.h has values that change between solves without another recording.
+// - Soft limits, and norms other than squares: penalties.h.
+// - Parameters, values that change between solves without another recording: parameters.h.
 // - Free duration: p.free_duration(0.5, 4) makes the duration a variable in these bounds (s), with initial value
 // `duration`.  p.add(minimum_time(weight)) is a cost on it.  Terms read the real time, s.t.
 //
@@ -54,11 +54,11 @@ struct Term {
   Role role;
   StageFunction function;
   Eigen::VectorXd lower = {}, upper = {};  // (size of r) for an inequality
-  double share = 0;                        // of an instant: 0 (start) to 1 (end)
+  double share = 0;                        // of kInstant: fraction of the duration, 0 (start) to 1 (end)
   // Optional, for a plain cost: residuals c whose Jacobian J gives the Gauss-Newton curvature 2 J^T J.
   StageFunction curvature = {};
-  // Optional, of an inequality along a motion: the excess between points is relative to this length, in the unit of
-  // r; 0: passings.h derives one.
+  // Optional, for a path inequality: a length, in the unit of r.  The violation between mesh points is divided by
+  // this length; 0: passings.h derives the length.
   double length = 0;
 };
 
@@ -81,9 +81,9 @@ Term terminal_inequality(std::string name, StageFunction values, Eigen::VectorXd
 Term at_fraction(double share, Term term);
 Term at_start(Term term);
 
-// A cost weight T on the duration T.  It is a square for Gauss-Newton, of sqrt(w T) (cos log T, sin log T), with
-// curvature 5 w / (2 T).  The square of sqrt(w T) would have w / (2 T): half of the curvature 4 w / T of a cost c /
-// T^3 + w T at its minimum, with steps of twice Newton's length, which do not converge.
+// The cost w T of the duration T, w = weight.  Written as the square of sqrt(w T) (cos log T, sin log T), its
+// Gauss-Newton curvature is 5 w / (2 T).  With an effort c / T^3 the sum has the exact 4 w / T at the minimum.  With
+// sqrt(w T) alone, of curvature w / (2 T), it has half: steps have twice Newton's length and do not converge.
 Term minimum_time(double weight);
 
 struct Bounds {
@@ -92,7 +92,7 @@ struct Bounds {
 
 struct Problem {
   Problem() = default;
-  // A problem without bounds, start and goal; the guess is zero; x' = f of the stage.
+  // Creates a problem without bounds, start and goal, with a zero guess.  `rate` returns x' at a stage.
   Problem(std::string name, std::vector<std::string> states, std::vector<std::string> controls,
           double duration, StageFunction rate);
 
@@ -105,14 +105,14 @@ struct Problem {
   // Makes the duration free; `duration` is its initial value; 0 < shortest <= longest.
   void free_duration(double shortest, double longest) { free_time = {shortest, longest}; }
 
-  // The stage with these values at time t, including parameters: for functions in plain double.
+  // Returns the stage of these values and of the parameters at time t, the argument of a function in plain double.
   Stage<double> stage(double t, Eigen::VectorXd x_, Eigen::VectorXd a_, Eigen::VectorXd u_) const {
     return {t, std::move(x_), std::move(a_), std::move(u_), parameters.at(t)};
   }
-  Stage<double> first_guess(double t) const;  // from `guess`, else the straight line
+  Stage<double> first_guess(double t) const;  // at time t: from `guess`; if empty, the straight line
 
-  // Takes over values of `now`: parameters, start, goal, bounds and guess; with a free duration also its range and
-  // initial value.  Needs no recording.  ArgumentError if sizes do not fit.
+  // Copies the values of `now`: parameters, start, goal, bounds and guess; with a free duration also its range and
+  // initial value.  Functions stay as recorded.  ArgumentError if sizes do not fit.
   void take_values(const Problem& now);
 
   // Sets the inverse form (above).
@@ -133,10 +133,10 @@ struct Problem {
   std::vector<Term> terms;
   Bounds x, a, u;               // at every point
   Eigen::VectorXd start, goal;  // (n_x) values at t = 0 and t = duration; kFree: free
-  // Typical movement of each state, if known better than from the initial guess; 0: unknown.  Empty: all unknown.
+  // Typical change of each state in the motion, if the initial guess gives a worse one; 0 or empty: unknown.
   Eigen::VectorXd typical;
-  // Upper limit for the estimated movement of each state, e.g. half a turn for an angle; 0: none.  Does not limit
-  // the movement of the initial guess or `typical`.  Empty: no limits.
+  // Upper limit of each state's change where dyntape estimates it from derivatives, e.g. half a turn for an angle; 0:
+  // none.  Changes in the initial guess and in `typical` are not limited.  Empty: no limits.
   Eigen::VectorXd most_typical;
   // The difference of two states, as changes of entries; empty: x - from.  Robots with orientations set it, since a
   // quaternion and its negative are equal.
@@ -163,7 +163,7 @@ std::function<Stage<double>(double t)> straight_line(const Problem& problem);
 // Throws ArgumentError, naming the part, for wrong sizes, empty bounds, or values that are not finite.
 void check(const Problem& problem);
 
-// The instants with terms: fractions of the duration, increasing; the last is always 1.
+// Returns the instants at which terms act: increasing fractions of the duration, the last is always 1.
 std::vector<double> instants_of(const Problem& problem);
 bool stands_at(const Term& term, double share);
 std::string name_of_instant(double share);  // "the start", "0.5 of the duration", "the end"
@@ -175,7 +175,7 @@ void check_cost(const Problem& problem, const std::string& name, Eigen::Index en
 // An ArgumentError that names the problem.
 [[noreturn]] void refuse(const Problem& problem, const std::string& what);
 
-// Throws ArgumentError, naming `what`, unless the bounds contain a number.
+// Throws ArgumentError, naming `what`, if no number lies between `lower` and `upper`.
 void check_room(const Problem& problem, const std::string& what, double lower, double upper);
 
 }  // namespace dyntape

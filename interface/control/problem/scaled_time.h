@@ -9,8 +9,8 @@
 //   other terms, the residual                  unchanged, at the real time t
 //   the state "duration"                       within the range at every point; first guess: T of the first guess
 //
-// No other code scales time.  A staged program is that of q; its motions are those of p, in real time.  A problem of
-// given duration is returned unchanged.
+// No other code scales time.  A staged program discretises q, and returns the motions of p, in real time.  A problem
+// of given duration is returned unchanged.
 #pragma once
 
 #include <dyntape/interface/control/problem/problem.h>

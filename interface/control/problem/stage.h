@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// One instant of a motion, and functions of it.  A function is recorded for the solver, and runs in plain double to
-// verify.
+// One instant of a motion (a stage), and functions of a stage.  A function is recorded for the solver, and runs in
+// plain double for the verification.
 //
 //   StageFunction effort = [](const auto& s) { return s.u.squaredNorm(); };          // a scalar, or
 //   StageFunction gap    = [](const auto& s) { return s.x.head(2).eval(); };         // a vector

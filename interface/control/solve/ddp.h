@@ -8,22 +8,22 @@
 //   if (s.success()) use(s.u, s.policy[k].K);                    // u = u_k + K_k (x - x_k) at node k
 //
 // Method.  Controls are constant on N intervals; each interval is one step of state and costs, by the classical
-// Runge-Kutta scheme or Euler's.  An iteration linearises all steps, expands the cost to second order, solves this
-// problem by the Riccati recursion (riccati.h), and simulates the policy with a step length that reduces the merit
-// function.
+// Runge-Kutta scheme or Euler's.  An iteration linearises all steps, expands the cost to second order, solves the
+// linear-quadratic problem by the Riccati recursion (riccati.h), and simulates the policy with a step length that
+// reduces the merit function.
 //   kExact          includes second derivatives of the dynamics times the cost-to-go gradient; converges quadratically
 //   kGaussNewton    without them (iLQR); running costs must be squares.  Needs first derivatives only; an iteration
 //                   takes a tenth of the time.  If the missing curvature is large, secants of the stages replace it
 //                   (stage_secants.h)
 //
 // Start.  kRollOut: simulates the guess's controls from the given start.  kNodes: also uses the guess's states,
-// which need not satisfy the dynamics.  The gaps close with the step length (multiple shooting), and the merit
-// function includes them.
+// which need not satisfy the dynamics.  A step of length l reduces each gap to 1 - l of its size (multiple shooting);
+// the merit function includes the gaps.
 //
 // Result.  `slope[k]` is the gradient of the policy's cost to go at node k.  `adjoint[k]` is the gradient of the
-// Lagrangian, lambda_k = L_x + A^T lambda_{k+1}.  Both are equal at a solution only.
+// Lagrangian, lambda_k = L_x + A^T lambda_{k+1}.  The two are equal only at a solution.
 //
-// Status "solved": there is no gap (tolerance times the size of the states), and one of these holds:
+// Status "solved": no gap exceeds `tolerance` times the largest state, and one of these holds:
 //
 // - For each control, the largest projected gradient L_u + B^T lambda is below `tolerance` times the largest |L_u| +
 // |B^T lambda|.
@@ -32,10 +32,10 @@
 //
 // These are first-order conditions, which maxima and saddles also satisfy.  The solver leaves such points, along the
 // most negative curvature with kExact, along a few trial changes with kGaussNewton.  If that fails, is_minimum is
-// false.  Terminal costs that can be met exactly have no such sizes; they end as "step too small".
+// false.  If terminal costs can be met exactly, |L_u| + |B^T lambda| vanishes too: the status is "step too small".
 //
-// Status "acceptable": 1e4 times these tolerances, if the rounding of the cost allows no better.  With kGaussNewton,
-// whose derivatives decrease with the root of the cost's error, this is common.
+// Status "acceptable": gradients within 1e4 times the tolerance and gaps within 1e-6, if the rounding of the cost
+// allows no better.  This is common with kGaussNewton, whose gradients decrease as the root of the cost's error.
 //
 // Further results: `sensitivities`, derivatives of cost and motion with respect to parameters and start, if
 // options.sensitivities (ddp_sensitivities.h).  `verification`, each interval and its costs re-simulated with the
@@ -80,8 +80,8 @@ class DdpSolver {
 
   const Problem& problem() const;       // with the current values
   void set_values(const Problem& now);  // ArgumentError if they do not fit; then nothing changes
-  DdpSolution solve(const std::stop_token& stop = {});  // a valid stop token replaces that of the options
-  BuildReport build() const;                            // of the functions
+  DdpSolution solve(const std::stop_token& stop = {});  // a valid `stop` replaces the token of the options
+  BuildReport build() const;                            // of compiling the functions
   // The compiled functions of record_shooting().
   const CompiledFunction& step() const;
   const CompiledFunction& end() const;

@@ -69,10 +69,10 @@ struct DdpSolution {
   double cost = 0;
   Eigen::VectorXd t;               // (N + 1) s
   Eigen::MatrixXd x, u;            // (n_x x N + 1), (n_u x N)
-  std::vector<LqrPolicy> policy;   // (N), its k of the last step; zero before the first step
+  std::vector<LqrPolicy> policy;   // (N) gains K; k of the last step, zero before the first step
   Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1); NaN before the first step
-  bool is_minimum = false;  // solved, and every stage has a minimum: second order too, known with kExact only
-  bool is_saddle = false;   // true: the cost nevertheless decreases along some change of the controls
+  bool is_minimum = false;  // solved, and every stage has a minimum (second order); true with kExact only
+  bool is_saddle = false;   // true: the cost decreases along some trial change of the controls
   std::vector<DdpIteration> iterations;
   DdpSensitivities sensitivities;  // empty unless requested
   // For a converged solve with options.verify: the motion re-simulated with its constant controls (verify.h).

@@ -36,8 +36,8 @@ struct OptimiseOptions {
   bool check_derivatives = true;
   bool verify = true;  // false: success() does not depend on re-simulation
   VerifyOptions demands = {};
-  // The cost of the first mesh's initial motion.  The error of a cost close to zero is relative to a thousandth of
-  // it.
+  // The cost of the first mesh's initial motion.  If the cost is close to zero, its error is relative to a
+  // thousandth of this cost.
   double cost_at_start = 0;
   std::function<void(OptimiseStep)> enter = {};  // called at the beginning of each step
 };
@@ -50,7 +50,7 @@ Solution optimise(const Phases& phases, const OptimiseOptions& options = {});
 DerivativeCheck checked_start(Nlp& nlp, const std::string& problem, const std::vector<double>& start,
                               bool check_derivatives);
 
-// The demands, with at least the stationarity that the solver's tolerance allows.
+// Returns `demands`, with a stationarity of at least ten times the solver's tolerance.
 VerifyOptions allowing(VerifyOptions demands, const SolverOptions& solver);
 
 // Solves an existing program from any start, e.g. a warm start.  The program has its own meshes and kind of Hessian;

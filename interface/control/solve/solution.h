@@ -27,9 +27,9 @@ namespace dyntape {
 struct VerifyOptions {
   // Largest violation of a constraint, relative to nominal values (verify.h).
   double violation = 1e-6;
-  // Largest gradient of the Lagrangian, relative to nominal values (kkt.h).  If ten times the solver's tolerance,
-  // which is weighted with large multipliers, is larger, that value holds.  Optima of the shipped tasks are below
-  // 1e-6; wrong multipliers give about 1.
+  // Largest gradient of the Lagrangian, relative to nominal values (kkt.h); at least ten times the solver's
+  // tolerance, since the solver's error is divided by a weight if multipliers are large.  Optima of the shipped tasks
+  // are below 1e-6; wrong multipliers give about 1.
   double stationarity = 1e-4;
   // Largest product of a multiplier and the distance to its bound (kkt.h), in units of a hundredth of the cost.
   double complementarity = 1e-5;
@@ -77,8 +77,8 @@ struct Solution {
   // The whole motion.  With phases, the point between two phases appears twice.  It has the controls of all phases
   // by name, zero in phases without them.  If phases have different numbers of states, it has no points.
   Trajectory motion;
-  // The worst of all phases and links.  Intervals are numbered through; names begin with the phase: "flight:
-  // v.knee".
+  // The worst of all phases and links.  Intervals are numbered consecutively over all phases; names begin with the
+  // phase: "flight: v.knee".
   Verification verification;
   std::vector<SolvedPhase> phases;  // one entry for a problem without phases
   double link_violation =

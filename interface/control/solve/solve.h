@@ -14,9 +14,9 @@
 // Steps:
 //
 // - Call optimise() on the first mesh.
-// - The verification marks intervals: re-simulation differs, a constraint is violated between points, or the
-// quadrature of the cost is inaccurate.  Split these intervals and solve again from the last motion, with a small
-// first barrier.
+// - The verification marks an interval if its re-simulation differs, a constraint is violated between points, or
+// the quadrature of the cost is inaccurate.  Split these intervals and solve again from the last motion, with a small
+// initial barrier parameter.
 // If more than a quarter of the intervals is marked, halve all.
 // - If `cost_change` is finite, halve all intervals once more and compare the costs.  While the costs differ,
 // split all intervals in which the controls of the two meshes differ.
@@ -27,10 +27,10 @@
 //
 // First mesh: options.mesh, by default 20 intervals of radau-3; with `warm` the last mesh of that solution.
 // `is_graded` adds a node after each instant with a constraint (at_fraction()), since controls may jump there.  If a
-// finer mesh takes three times the iterations of the last one, its solve starts again from the guess.
+// mesh takes 3 times the iterations of the last mesh (at least 120), halves all intervals and starts from the guess.
 //
-// Errors.  Those of optimise() on the first mesh.  If a finer mesh cannot be solved, Solution::refinement_trouble
-// has the reason.
+// Errors.  Those of optimise() on the first mesh.  If a finer mesh cannot be solved, the result is that of the last
+// solved mesh, and Solution::refinement_trouble has the reason.
 #pragma once
 
 #include <memory>
@@ -57,7 +57,7 @@ struct SolveOptions : OptimiseOptions {
 Solution solve(const Problem& problem, const SolveOptions& options = {});
 Solution solve(const Phases& phases, const SolveOptions& options = {});
 
-// One vector per phase: the error of each interval relative to the demand; above 1 the demand is not met.
+// One vector per phase (intervals): the error of each interval divided by its tolerance; above 1: to be split.
 using MeshFaults = std::vector<Eigen::VectorXd>;
 
 // Refines from a solved first mesh, for callers with their own first solve or additional demands.
@@ -65,8 +65,8 @@ struct RefineSteps {
   int refinements = 0, most_intervals = 0;
   double cost_change = HUGE_VAL;
   std::function<OptimiseOptions()> options;                           // for the next mesh
-  std::function<void(const Solution&, MeshFaults&)> add_faults = {};  // adds errors of further demands
-  std::function<void(StagedNlp& finer)> prepare = {};  // changes the problem: the last motion is not near
+  std::function<void(const Solution&, MeshFaults&)> add_faults = {};  // adds errors of further conditions
+  std::function<void(StagedNlp& finer)> prepare = {};  // changes the problem; then the usual barrier is used
   std::function<void(int intervals)> begin = {};       // called before each finer mesh is solved
   std::function<void(const Solution&)> solved = {};    // called after each finer mesh is solved
 };

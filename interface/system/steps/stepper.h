@@ -19,21 +19,21 @@
 //   stepper.step(t, h, x, nullptr, nullptr, x);
 //   if (const auto& event = stepper.event()) t = event->t, x[1] *= -0.8;                 // else t += h
 //
-// Implicit schemes use Newton's method with the exact Jacobian, to rounding (newton.h).  A step fails, with the
+// Implicit schemes iterate Newton's method with the exact Jacobian until rounding (newton.h).  A step fails, with the
 // reason in one sentence, if:
 //
 // - Newton's method finds no solution nearby
 // - the step takes another branch than the recording
 // - the state is not finite, before or after
-// - adaptive: the tolerances cannot be met, after 100000 internal steps, or soon after options.stop
+// - adaptive only: the tolerances cannot be met, 100000 internal steps do not suffice, or options.stop was requested
 //
 // Jacobians are those of the numerical step: A = d x'/d x (nt x nt), B = d x'/d u (nt x n_u), P = d x'/d p (nt x
 // n_p), with increments in the moving frame on both sides, nt = 2 nv + motors with lag.  Implicit schemes use the
-// implicit function theorem.  Jacobians of an adaptive step are those of the motion, to the tolerances; if it ended
-// at an event, with the time of the event fixed.  They are compiled only if `with_jacobians`.
+// implicit function theorem.  An adaptive step returns Jacobians of the exact motion, to the tolerances; if the step
+// ended at an event, the time of the event is held fixed.  Jacobians are compiled only if `with_jacobians`.
 //
 // Not thread-safe.  Errors.  ArgumentError: a system that is inconsistent, or lacks what the scheme needs.
-// GuardViolation: only the Jacobians take another branch than the recording.
+// GuardViolation: the Jacobians, but not the step, take another branch than the recording.
 #pragma once
 
 #include <Eigen/Core>
@@ -52,8 +52,8 @@
 
 namespace dyntape {
 
-// Many states, one row each.  A stride is the distance of two rows in doubles; kDense: contiguous; 0: one row for
-// all.
+// Many states, one per row.  A stride is the distance between rows in doubles; kDense: contiguous; 0: all states use
+// one row.
 struct StateRows {
   static constexpr std::size_t kDense = SIZE_MAX;
   std::size_t count = 1;
@@ -78,7 +78,7 @@ struct StepperReport {
 
 class Stepper {
  public:
-  // threads: for steps() of explicit schemes; 0: all of the processor's.
+  // threads: for steps() of explicit schemes; 0: all hardware threads.
   Stepper(const System& system, Integrator integrator, const CodegenOptions& options = {},
           bool with_jacobians = false, unsigned threads = 1, const Tolerances& tolerances = {});
   ~Stepper();
@@ -110,17 +110,17 @@ class Stepper {
                           std::uint32_t* status);
   std::size_t lane_width() const;  // 1 without options.lanes, or interpreted
 
-  // The same functions with separate working memory, for another thread; without Jacobians.
+  // Returns a stepper of the same compiled functions with its own memory, for another thread; it has no Jacobians.
   Stepper twin() const;
 
-  // Of the last step.  residuals(): evaluations of Newton's method in an implicit step.  event(): where an adaptive
-  // step ended early.  effort(): its cost; after jacobians(), the cost of the integration after the step.
+  // Of the last step.  residuals(): evaluations by Newton's method in an implicit step.  event(): where an adaptive
+  // step ended early.  effort(): cost of an adaptive step; after jacobians(), of the integration for the Jacobians.
   int residuals() const;
   const std::optional<StepEvent>& event() const;
   StepEffort effort() const;
 
-  // Adaptive steps call `at` for the Gauss points of their internal steps: sum weight f(x) is int f dt over a step,
-  // with the accuracy of the step.  Other steps do not call it.
+  // Sets a callback for integrals along an adaptive step.  The step calls `at` at the Gauss points of its internal
+  // steps: the sum of weight f(x) is int f dt, as accurate as the step.  Other schemes do not call `at`.
   void watch(const std::function<void(const double* x, double weight)>& at);
 
   const StepperReport& report() const;
