@@ -93,8 +93,8 @@ std::vector<OperationCount> count_operations(const Function& function);
 std::size_t total_operations(const Function& function);
 std::vector<OperationCount> count_operations(const Callee& callee);  // of one call
 
-// Copies the part of `source` that `roots` need into `target`; input(block, index) replaces inputs.  Returns the
-// images of the roots.
+// Copies the part of `source` that `roots` need into `target`; input(block, index) returns the node of `target` for
+// an input.  Returns the copies of the roots.
 std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
                            const std::function<NodeId(Block, std::uint32_t)>& input);
 

@@ -13,7 +13,7 @@
 //   Value, Base, Tape     the value, the type of its number, and the recording (derived from detail::Tape)
 //   current()             the recording whose values take the quick path, or null
 //   other(values...)      the recording of values if some are not of current(); null: all values are constants
-//   outside(tape, a)      the node of a value that is not of this recording: a constant, an input, or an error
+//   outside(tape, a)      the node of a value from outside this recording: a constant or an input; else throws
 //   is_plain(a)           true if a value that is not recorded is a plain number
 //   number(a)             the number of a value as a double
 //   is_constant(a, b)     whether b is a constant of the recording that an operation on a and b adds to

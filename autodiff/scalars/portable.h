@@ -2,7 +2,7 @@
 //
 // The implementations of elementary functions (sine, exponential, ...) with which a recorded function is evaluated.
 //
-//   kSines      dyntape's own sine and cosine (own_sines.h), within 0.8 ulp; the other functions of the C library.
+//   kSines      dyntape's own sine and cosine (own_sines.h), within 0.81 ulp; the other functions of the C library.
 //               Has the bits of the algorithms of dynamics/ in plain double; fastest for one state
 //   kLibm       all functions of the C library: the bits of plain C++ on this machine
 //   kPortable   sine and cosine as in kSines, the others of SLEEF: within 1 ulp (erfc: 1.5) of normal results.

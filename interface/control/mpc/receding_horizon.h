@@ -134,7 +134,7 @@ struct MpcStep {
   bool is_minimum = true;  // of the first plan; later plans continue from it
   SolveStatus status = SolveStatus::kSolverError;
   int iterations = 0;
-  double cost = 0, violation = 0;  // relative to nominal values
+  double cost = 0, violation = 0;  // violation: relative to nominal values
   double seconds = 0;              // from the call to the plan
   double gain_seconds = 0;         // part of `seconds` spent on the gain
 };

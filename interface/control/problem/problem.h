@@ -138,8 +138,8 @@ struct Problem {
   // Upper limit of each state's change where dyntape estimates it from derivatives, e.g. half a turn for an angle; 0:
   // none.  Changes in the initial guess and in `typical` are not limited.  Empty: no limits.
   Eigen::VectorXd most_typical;
-  // The difference of two states, as changes of entries; empty: x - from.  Robots with orientations set it, since a
-  // quaternion and its negative are equal.
+  // The difference x - from of two states (n_x); empty: entry by entry.  Robots with orientations set a function,
+  // since a quaternion and its negative are the same orientation.
   std::function<Eigen::VectorXd(const Eigen::VectorXd& from, const Eigen::VectorXd& x)> difference;
   // The initial guess at time t: a stage with x, a, u of the right sizes.
   std::function<Stage<double>(double t)> guess;

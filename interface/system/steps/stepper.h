@@ -67,7 +67,7 @@ struct StateRows {
 // Sums over the functions of a stepper.
 struct StepperReport {
   std::size_t step_operations =
-      0;  // operations of an explicit step; or of one residual and the end of an implicit step; or of one rate
+      0;  // of an explicit step; of an implicit step's residual and final update; of an adaptive step's rate
   std::size_t newton_operations = 0;  // a residual, or rate, with its Jacobian; 0: explicit
   std::size_t jacobian_operations =
       0;                    // of A, B and P, or of one rate with derivatives for them; 0: not compiled
