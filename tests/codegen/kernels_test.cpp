@@ -165,8 +165,9 @@ TEST_P(Kernels, TheFirstViolatedGuardIsReported) {
           c.run(order, {1, x.data(), nullptr, nullptr, &y, j, nullptr, nullptr, nullptr}, workspace).guard,
           expected.back());
     Violation alone;
-    if (c.run_without_workspace(Order::kFirst, {.x = x.data(), .y = &y, .jacobian = j}, alone))
+    if (c.run_without_workspace(Order::kFirst, {.x = x.data(), .y = &y, .jacobian = j}, alone)) {
       EXPECT_EQ(alone.guard, expected.back());
+    }
     if (mask == 0) continue;
     try {
       c.value(x.data(), nullptr, &y, workspace);
@@ -230,11 +231,14 @@ TEST_P(Kernels, ShortFunctionsNeedNoWorkspace) {
                                               .jacobian = jacobian.data(),
                                               .hessian = hessian.data()},
                                              violation);
-    if (c.route() == Route::kInterpreter) EXPECT_FALSE(ran);
-    if (ran)
+    if (c.route() == Route::kInterpreter) {
+      EXPECT_FALSE(ran);
+    }
+    if (ran) {
       EXPECT_TRUE(!violation && y == expected.y && check(jacobian, hessian));
-    else
+    } else {
       EXPECT_EQ(y, std::vector<double>(4, -1));
+    }
     return ran;
   };
   run(Order::kValue, [](auto&...) { return true; });
