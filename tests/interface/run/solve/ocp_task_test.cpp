@@ -107,7 +107,7 @@ TEST_F(TaskFiles, MistakesAreNamedWithTheirPlace) {
   says(cart_pole("bounds\n{\n efforts some\n}\n"),
        {"task.info:29:", "none, robot or a positive number", "some"});
   says(cart_pole("", "slider 1\n pivott 3"), {"pivott", "pivot"});
-  says(cart_pole("", "slider 1"), {"goal.q.pivot", "missing"});
+  says(cart_pole("", "slider 1"), {"task.info:17:", "goal.q", "joint 'pivot' without a value"});
   says(cart_pole("transcription\n{\n scheme hermite\n}\n"), {"task.info:29:", "hermite-simpson"});
   says(cart_pole("transcription\n{\n scheme lobato-5\n}\n"),
        {"task.info:29:", "lobatto-<points>", "did you mean 'lobatto-5'?"});
