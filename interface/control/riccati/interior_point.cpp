@@ -166,8 +166,8 @@ class StructuredInteriorPoint::Method {
       return SolveStatus::kSolved;
     const bool is_acceptable = e.all <= kAcceptable;
     progress_.note(is_acceptable, now_.f, e);
-    // Shifted steps converge linearly: whether the point is a minimum is for the check of second order to say.
-    const int enough = diagonal_.shift > 0 ? kShiftedIterations : kAcceptableIterations;
+    // Steps with a corrected inertia converge linearly.  The check of second order decides whether the point is a minimum.
+    const int enough = is_corrected_ ? kShiftedIterations : kAcceptableIterations;
     if (options_.stop_at_acceptable && progress_.acceptable() >= enough) return SolveStatus::kAcceptable;
     if (largest(now_.w) > kEndless) return SolveStatus::kDiverging;
     if (has_settled_) return SolveStatus::kSettled;
@@ -233,7 +233,8 @@ class StructuredInteriorPoint::Method {
     multipliers_.curve(barrier_, now_.w, diagonal_);
     double& shift = diagonal_.shift;
     shift = shift_.damping();
-    if (kkt_.factor(diagonal_)) return true;
+    is_corrected_ = !kkt_.factor(diagonal_);
+    if (!is_corrected_) return true;
     for (shift = shift_.first(); !kkt_.factor(diagonal_); shift = shift_.larger(shift))
       if (!(shift <= HessianShift::kMost)) return false;
     return true;
@@ -461,7 +462,7 @@ class StructuredInteriorPoint::Method {
   HessianShift shift_;
   Progress progress_;
   int blocked_ = 0;
-  bool may_raise_ = true;
+  bool may_raise_ = true, is_corrected_ = false;  // the latter: the inertia of the last step
   bool is_tiny_ = false, has_settled_ = false, has_matrices_ = false;  // the latter: kkt_ has those of now_
   Filter filter_;
   BarrierMode mode_;
