@@ -34,6 +34,8 @@ namespace {
 
 constexpr std::int64_t kDay = 24 * 3600;
 
+std::atomic<int> temporary_folders = 0;  // of this process
+
 // Waits for nobody: neither for the writer of a FIFO nor for a device.
 constexpr int kToRead = O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
 
@@ -151,6 +153,10 @@ std::string name_of_its_own(const std::string& prefix) {
   std::snprintf(number, sizeof number, "%016llx", static_cast<unsigned long long>(random_number()));
   return prefix + std::to_string(getpid()) + "-" + number;
 }
+
+TemporaryFolder::Counted::Counted() { ++temporary_folders; }
+TemporaryFolder::Counted::~Counted() { --temporary_folders; }
+bool TemporaryFolder::any() { return temporary_folders > 0; }
 
 TemporaryFolder::TemporaryFolder(const std::string& parent, const std::string& prefix) {
   std::string path;

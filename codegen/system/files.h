@@ -60,12 +60,19 @@ class TemporaryFolder {
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
   const std::string& path() const { return path_; }
+  // Returns true while this process has any of them.  For any thread.
+  static bool any();
   // The folder has become an entry of the cache: do not remove it.
   void release();
   // Keeps the folder for a day, for inspection.
   void keep();
 
  private:
+  struct Counted {
+    Counted();
+    ~Counted();
+  };
+  const Counted counted_;  // from before the folder is made until after it is removed
   std::string path_;
   Descriptor mark_;
 };

@@ -15,7 +15,7 @@
 namespace dyntape::tools {
 namespace {
 
-constexpr int kPatience = 800;  // ms
+constexpr int kPatience = 80;  // ms
 
 sigset_t signals_that_end() {
   sigset_t set;
@@ -80,8 +80,8 @@ void Interruption::wait() {
     const int ready = poll(waiting, 2, signal_ ? kPatience : -1);
     if (ready < 0 && errno == EINTR) continue;
     if (ready < 0 || waiting[1].revents) return;
-    if (ready == 0 && nothing_to_save_()) {
-      say("interrupted before the first iteration: there is no motion yet");
+    if (ready == 0 && nothing_to_save_() && !codegen::TemporaryFolder::any()) {
+      say("interrupted: there is no result yet");
       _exit(status());
     }
     signalfd_siginfo info{};

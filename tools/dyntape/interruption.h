@@ -6,9 +6,9 @@
 //   work(interruption.token());
 //   if (interruption.status()) throw Failure{interruption.status()};
 //
-// SIGINT, SIGTERM and SIGHUP count, but those that the process was started to ignore.  The second ends the process at
-// once; so does the first after a second, where there is nothing to save.  Whatever compiles then ends with it
-// (codegen/system/process.h).  Made while there is no other thread.
+// SIGINT, SIGTERM and SIGHUP count, except those that the process was started to ignore.  The second signal ends the
+// process at once.  If there is nothing to save, the first ends it within a tenth of a second, or when the folders of
+// compilers are removed.  Compilers end with the process (codegen/system/process.h).  Create it before other threads.
 #pragma once
 
 #include <signal.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // dyntape mpc: a task as a controller, and the plant that it steers.
+#include <atomic>
 #include <iostream>
 #include <memory>
 
@@ -30,7 +31,7 @@ void run_control(const ControlOptions& options, const AnyTask& task, const std::
   const OutputFolder folder(options.output, files, task.inputs);
   io::LiveLine line;
   line.show("recording and compiling");
-  bool has_begun = false;
+  std::atomic<bool> has_begun = false;
   const Interruption interruption([&] { return !has_begun; });
   const auto watch = [&](double t) {
     has_begun = true;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // dyntape simulate: a scene file, or a robot and a few options, to a motion with its energies and pictures.
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -176,9 +177,14 @@ Scene scene_in(const SimulateOptions& options) {
   return scene;
 }
 
-SimulatedMotion watched(const Scene& scene, io::LiveLine& line, const Interruption& interruption) {
+SimulatedMotion watched(const Scene& scene, io::LiveLine& line, const Interruption& interruption,
+                        std::atomic<bool>& has_begun) {
+  const auto tell = [&](const std::string& what) {
+    has_begun = true;
+    line.show(what);
+  };
   try {
-    return simulate(scene, {interruption.token(), [&](const std::string& what) { line.show(what); }});
+    return simulate(scene, {interruption.token(), tell});
   } catch (const Error&) {
     line.erase();
     if (!interruption.status()) throw;
@@ -191,7 +197,8 @@ void run(const SimulateOptions& options) {
   const Scene scene = scene_in(options);
   if (const std::string fault = fault_of_name(scene.name); !fault.empty())
     throw FileError(options.file + ": the scene has a name that " + fault);
-  const Interruption interruption([&] { return options.explain; });
+  std::atomic<bool> has_begun = false;
+  const Interruption interruption([&] { return !has_begun; });
   if (options.explain) {
     std::cout << explain(scene, interruption.token());
     if (interruption.status()) throw Failure{interruption.status()};
@@ -199,7 +206,7 @@ void run(const SimulateOptions& options) {
   }
   const OutputFolder folder(options.output, simulation_files(), scene.inputs);
   io::LiveLine line;
-  SimulationReport report{scene, folder.hold([&] { return watched(scene, line, interruption); })};
+  SimulationReport report{scene, folder.hold([&] { return watched(scene, line, interruption, has_begun); })};
   if (options.accuracy && report.success()) {
     line.show("how accurate it is");
     report.accuracy = accuracy_of(scene, interruption.token());

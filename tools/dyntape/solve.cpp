@@ -69,21 +69,17 @@ class SolveDisplay {
   explicit SolveDisplay(const Task& task) : silent_solver_(task.optimise.solver.print_level == 0) {}
 
   void show(const SolveMoment& moment) {
-    using enum SolveStage;
-    has_iterated_ = has_iterated_ || moment.now;
-    nothing_to_save_ = !has_iterated_ && moment.stage != kCompiling && !moment.compiles;
+    if (moment.now) has_iterated_ = true;
     if (!moment.now) line_.show(moment.text());
     if (moment.now && silent_solver_) line_.show(moment.text());
   }
   void erase() { line_.erase(); }
-  // Neither a motion nor a folder of the compiler's.  For any thread.
-  bool nothing_to_save() const { return nothing_to_save_; }
+  bool has_iterated() const { return has_iterated_; }  // for any thread
 
  private:
   io::LiveLine line_;
-  bool has_iterated_ = false;
+  std::atomic<bool> has_iterated_ = false;
   const bool silent_solver_;  // or the terminal is its own
-  std::atomic<bool> nothing_to_save_ = true;
 };
 
 SolveReport watched(const Task& task, SolveDisplay& display, const Interruption& interruption) {
@@ -118,7 +114,7 @@ void run(const SolveOptions& options) {
   const OutputFolder folder(options.output, result_files(), task.inputs);
   for (const std::string& sentence : unmet_demands(task)) std::cerr << "dyntape: note: " << sentence << "\n";
   SolveDisplay display(task);
-  const Interruption interruption([&] { return display.nothing_to_save(); });
+  const Interruption interruption([&] { return !display.has_iterated(); });
   SolveReport report = folder.hold([&] { return watched(task, display, interruption); });
   if (!options.output.empty()) write_results(task, report, options.output, interruption.token());
   print_report(report, options);

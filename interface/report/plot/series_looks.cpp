@@ -57,17 +57,37 @@ Look target_look(Look look, int number) {
 // Rounds differ in dashes whatever the mark, so these two tell looks apart.
 std::string key_of(const Look& look) { return look.color + ' ' + look.dash; }
 
+std::string identity_of(const Series& series) {
+  return series.name + '\n' + series.color + (series.dashed ? "\ndashed" : "");
+}
+
 class Looks {
  public:
-  // Its own for each name: the wanted one, or the next that no other name has.
-  Look named(const Series& series) {
-    const std::string who = series.name + '\n' + series.color + (series.dashed ? "\ndashed" : "");
-    for (int number = std::max(series.style, 0);; ++number) {
-      const Look look = look_of(series, number);
-      if (owners_.try_emplace(key_of(look), who).first->second != who) continue;
-      targets_[series.name] = target_look(look, number);
-      return look;
+  explicit Looks(const Plot& plot) {
+    std::set<std::string> all;
+    for (const Panel& panel : plot.panels) {
+      std::set<std::string> here;
+      for (const Series& series : panel.series)
+        if (!series.name.empty()) here.insert(identity_of(series));
+      for (const std::string& name : here) beside_[name].insert(here.begin(), here.end());
+      all.insert(here.begin(), here.end());
     }
+    if (!plot.one_legend) return;
+    for (auto& [name, others] : beside_) others = all;
+  }
+
+  // The wanted look, or the next that no series beside this one has.
+  Look named(const Series& series) {
+    const std::string name = identity_of(series);
+    if (const auto known = chosen_.find(name); known != chosen_.end()) return known->second;
+    std::set<std::string> taken;
+    for (const std::string& other : beside_.at(name)) {
+      if (const auto look = chosen_.find(other); look != chosen_.end()) taken.insert(key_of(look->second));
+    }
+    int number = std::max(series.style, 0);
+    while (taken.contains(key_of(look_of(series, number)))) ++number;
+    targets_[series.name] = target_look(look_of(series, number), number);
+    return chosen_[name] = look_of(series, number);
   }
   // Of a name that the plot does not have: that of the first colour.
   Look target(const Series& series) const {
@@ -76,8 +96,9 @@ class Looks {
   }
 
  private:
-  std::map<std::string, std::string> owners_;  // of looks
-  std::map<std::string, Look> targets_;        // by name
+  std::map<std::string, std::set<std::string>> beside_;  // series in a common panel or legend
+  std::map<std::string, Look> chosen_;
+  std::map<std::string, Look> targets_;  // by name
 };
 
 // Nobody looks for them in a legend: the first that its panel does not have.
@@ -106,7 +127,7 @@ void choose_unnamed(const Panel& panel, const Looks& looks, std::vector<Look>& c
 std::vector<std::vector<Look>> looks_of(const Plot& plot) {
   std::vector<std::vector<Look>> all;
   for (const Panel& panel : plot.panels) all.emplace_back(panel.series.size());
-  Looks looks;
+  Looks looks(plot);
   for (const bool wanted : {true, false}) {  // those that ask for a look choose first
     for (std::size_t p = 0; p < all.size(); ++p) {
       for (std::size_t k = 0; k < all[p].size(); ++k) {

@@ -2,8 +2,8 @@
 //
 // Chooses colour, dashes and points of each series of a plot (private to the pictures).
 //
-// In a plot each name has its own style.  When colours repeat, dashes and points change, then colours get darker.
-// Series of one name in several panels have the same style.
+// Series in one panel differ, as do all series of a plot with one legend.  A name has the same style in all panels.
+// When colours repeat, dashes and points change, then colours get darker.
 #pragma once
 
 #include <string>

@@ -42,9 +42,8 @@ void SolveRounds::tell(SolveStage stage) {
 
 void SolveRounds::watch_compilers(CodegenOptions& options) {
   options.stop = watch_.stop;
-  moment_.compiles = options.route == Route::kTiered;
   // The thread that compiles in the background is not the one that solves.  Functions keep this, so it holds what it needs.
-  const auto tell = moment_.compiles ? std::function<void(const SolveMoment&)>() : watch_.tell;
+  const auto tell = options.route == Route::kTiered ? std::function<void(const SolveMoment&)>() : watch_.tell;
   options.compiled_piece = [progress = progress_, moment = moment_, tell](std::size_t done,
                                                                           std::size_t of) mutable {
     progress->note(done, of);

@@ -24,7 +24,6 @@ struct SolveMoment {
   int refinement = 0;                    // 0: the mesh of the task
   std::size_t done = 0, of = 0;          // compiled pieces of functions, now or in the background
   double seconds_left = 0;               // estimated time until all are compiled; 0: unknown
-  bool compiles = false;                 // a compiler may be at work
   const IterationRecord* now = nullptr;  // of the solver, or null
   std::string text() const;  // "solving on 50 intervals: iteration 12, cost 0.1321, violation 3.0e-05"
 };

@@ -121,6 +121,23 @@ TEST_F(Picture, a_name_looks_alike_in_all_panels_and_its_target_is_dotted_in_its
   EXPECT_EQ(looks[2].substr(0, dashes), looks[3].substr(0, dashes));
 }
 
+// Four limbs in panels of their own had seven colours and three kinds of dashes for three joints.
+TEST_F(Picture, panels_without_common_names_have_the_same_looks) {
+  Plot plot;
+  plot.panels = {{.series = {{.name = "left hip", .x = {0, 1}, .y = {0, 1}},
+                             {.name = "left knee", .x = {0, 1}, .y = {1, 0}}}},
+                 {.series = {{.name = "right hip", .x = {0, 1}, .y = {0, 1}},
+                             {.name = "right knee", .x = {0, 1}, .y = {1, 0}}}}};
+  std::vector<std::string> looks = looks_in(gnuplot_script(plot, "svg", "x.svg"));
+  ASSERT_EQ(looks.size(), 4u);
+  EXPECT_EQ(looks[0], looks[2]);
+  EXPECT_EQ(looks[1], looks[3]);
+  EXPECT_NE(looks[0], looks[1]);
+  plot.one_legend = true;
+  looks = looks_in(gnuplot_script(plot, "svg", "x.svg"));
+  EXPECT_EQ(std::set<std::string>(looks.begin(), looks.end()).size(), 4u);
+}
+
 struct Text {
   double x, y;
   std::string anchor, text;
@@ -215,6 +232,24 @@ TEST_F(Picture, numbers_along_an_axis_do_not_meet) {
             << line[i - 1].text << " " << line[i].text;
       }
     }
+  }
+}
+
+TEST_F(Picture, numbers_of_a_vertical_axis_do_not_meet_its_label) {
+  const std::regex rotated("translate\\(([-0-9.]+),[-0-9.]+\\) rotate\\(-90");
+  for (const double size : {1.5e-5, 1.5e-4, 1.5e-3, 0.15, 15.0, 1.5e4, 1.5e5, 1.5e6, 1.5e9}) {
+    const Plot plot{.panels = {{.y_label = "q [rad]", .series = {{.x = {0, 1}, .y = {-size, size}}}}}};
+    const std::string svg = drawn(plot);
+    std::smatch label;
+    ASSERT_TRUE(std::regex_search(svg, label, rotated));
+    constexpr double kHalfHeight = 7;
+    int numbers = 0;
+    for (const Text& text : texts_of(svg)) {
+      if (text.anchor != "end") continue;
+      ++numbers;
+      EXPECT_GT(text.left(), std::stod(label[1]) + kHalfHeight) << text.text;
+    }
+    EXPECT_GT(numbers, 3) << size;
   }
 }
 
