@@ -172,6 +172,29 @@ TEST(Interruption, WhileSolvingTheBestMotionIsWritten) {
   EXPECT_TRUE(report["limits"]["kept"].is_null()) << report["limits"];
 }
 
+// Whether it reads a robot, records, or makes the functions of a plant with contacts: 0.8 to 1.9 s were seen.
+TEST(Interruption, BeforeThereIsAResultItEndsAtOnce) {
+  const std::vector<std::vector<std::string>> commands = {
+      {"solve", config("tasks/humanoid_squat.info")},
+      {"solve", config("tasks/quadruped_stands_up.info")},
+      {"simulate", config("scenes/g1_compliant_floor.info")}};
+  for (const std::vector<std::string>& words : commands) {
+    for (const auto delay : {100ms, 250ms}) {
+      const Scratch scratch;
+      const Running command(scratch, words);
+      std::this_thread::sleep_for(delay);
+      const auto begin = Clock::now();
+      command.send(SIGINT);
+      const Outcome outcome = command.wait();
+      EXPECT_LT(Clock::now() - begin, 600ms) << words[1];  // 0.1 s on a machine with nothing else to do
+      EXPECT_EQ(outcome.status, 130) << outcome.err;
+      EXPECT_NE(outcome.err.find("interrupted"), std::string::npos) << outcome.err;
+      EXPECT_TRUE(builds_in(scratch / "cache").empty());
+      EXPECT_TRUE(fs::is_empty(scratch / "tmp"));
+    }
+  }
+}
+
 TEST(Interruption, TheVerdictIsSaidOnce) {
   const Scratch scratch;
   const std::string task = scratch / "task.info";

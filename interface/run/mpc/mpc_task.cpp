@@ -57,7 +57,7 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
         "task without them, or `dyntape solve`");
   ClosedLoopOptions options = loop_options(task.control, stop, watch);
   if (task.control.plant) {
-    const auto plant = std::make_shared<ScenePlant>(*task.control.plant, task.problem.start);
+    const auto plant = std::make_shared<ScenePlant>(*task.control.plant, task.problem.start, stop);
     options.plant = [plant](Eigen::VectorXd& x, double from, double to, const auto& control) {
       return plant->move(x, from, to, control);
     };

@@ -27,13 +27,18 @@ struct HalvedSteps {
   RobotStepper& motion;
 };
 
+Scene with_stop(Scene scene, const std::stop_token& stop) {
+  scene.evaluation.stop = stop;
+  return scene;
+}
+
 }  // namespace
 
-ScenePlant::ScenePlant(const Scene& scene, const VectorXd& start)
-    : scene_(scene),
+ScenePlant::ScenePlant(const Scene& scene, const VectorXd& start, const std::stop_token& stop)
+    : scene_(with_stop(scene, stop)),
       commands_(Eigen::Index(actuated_dofs(scene.robot).size())),
       moving_(start.size()),
-      motion_(stepper_of(scene_, scene.evaluation)) {
+      motion_(stepper_of(scene_, scene_.evaluation)) {
   VectorXd x = VectorXd::Zero(motion_.stepper().nx());  // with motors
   x.head(moving_) = start;
   motion_.start(x);

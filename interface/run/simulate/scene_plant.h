@@ -13,6 +13,7 @@
 #pragma once
 
 #include <functional>
+#include <stop_token>
 
 #include <dyntape/interface/run/simulate/scene_start.h>
 
@@ -20,7 +21,8 @@ namespace dyntape {
 
 class ScenePlant {
  public:
-  ScenePlant(const Scene& scene, const Eigen::VectorXd& start);  // start (q, v)
+  // start (q, v).  A stop request ends the compilation of the scene's functions: ToolError.
+  ScenePlant(const Scene& scene, const Eigen::VectorXd& start, const std::stop_token& stop = {});
 
   // "", or the reason why there is no further step.
   std::string move(Eigen::VectorXd& x, double from, double to,

@@ -112,14 +112,16 @@ std::string move(const Torques& torques, const Trajectory& motion, int k, double
 }
 
 // The largest error, from point to point.
-void follow(const Task& task, const Trajectory& motion, ContactSimulation& result) {
+void follow(const Task& task, const Trajectory& motion, const std::stop_token& stop,
+            ContactSimulation& result) {
   const Problem& problem = task.problem;
   const Torques torques(task, motion);
   const VectorXd movement = movements(task, motion);
   VectorXd x = motion.x.col(0);
-  ScenePlant plant(*task.simulated, x);
+  ScenePlant plant(*task.simulated, x, stop);
   for (int k = 1; k < motion.points() && result.trouble.empty(); ++k) {
-    result.trouble = move(torques, motion, k, task.simulated->step, plant, x);
+    result.trouble = stop.stop_requested() ? "the simulation was interrupted"
+                                           : move(torques, motion, k, task.simulated->step, plant, x);
     const VectorXd planned = motion.x.col(k);
     const VectorXd d = problem.difference ? problem.difference(planned, x) : VectorXd(x - planned);
     Eigen::Index worst = 0;
@@ -142,11 +144,12 @@ std::string ContactSimulation::sentence() const {
          io::significant(100 * error, 2) + " % of its movement; " + afar;
 }
 
-ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion, double relaxation) {
+ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion, double relaxation,
+                                    const std::stop_token& stop) {
   ContactSimulation result;
   result.from_afar = impulse_from_afar(task, motion, std::max(kAfar * relaxation, kLeastAfar));
   try {
-    follow(task, motion, result);
+    follow(task, motion, stop, result);
   } catch (const Error& e) {
     result.trouble = e.what();
   }
@@ -154,8 +157,8 @@ ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion, 
   return result;
 }
 
-void check_contacts_at_start(const Task& task) {
-  if (task.problem.start.allFinite()) ScenePlant(*task.simulated, task.problem.start);
+void check_contacts_at_start(const Task& task, const std::stop_token& stop) {
+  if (task.problem.start.allFinite()) ScenePlant(*task.simulated, task.problem.start, stop);
 }
 
 }  // namespace dyntape

@@ -17,6 +17,7 @@
 // is then below a tenth of the weight, which over a long time still moves bodies.
 #pragma once
 
+#include <stop_token>
 #include <string>
 
 #include <dyntape/interface/control/discretize/trajectory.h>
@@ -37,9 +38,10 @@ struct ContactSimulation {
 };
 
 // For a task whose scene has rigid contacts (Task::simulated); `relaxation` (m) of the motion.
-ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion, double relaxation);
+ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion, double relaxation,
+                                    const std::stop_token& stop = {});
 
-// Throws ArgumentError if the motion starts with a contact below its plane.
-void check_contacts_at_start(const Task& task);
+// Throws ArgumentError if the motion starts with a contact below its plane, ToolError if a stop request interrupts it.
+void check_contacts_at_start(const Task& task, const std::stop_token& stop);
 
 }  // namespace dyntape

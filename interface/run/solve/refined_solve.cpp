@@ -83,7 +83,6 @@ class Rounds : SolveRounds {
 
   SolveReport run(const MeshOptions& mesh) {
     build(mesh);
-    if (task_.simulated) check_contacts_at_start(task_);
     if (task_.simulated)
       solve_continued();
     else
@@ -127,6 +126,7 @@ class Rounds : SolveRounds {
     tell(SolveStage::kRecording);
     try {
       program_ = std::make_unique<StagedNlp>(discretize(phases_of(task_), meshes));
+      if (task_.simulated) check_contacts_at_start(task_, watch_.stop);
     } catch (const ToolError&) {
       if (!watch_.stop.stop_requested()) throw;
     }
@@ -170,7 +170,8 @@ class Rounds : SolveRounds {
     report_.excesses.clear();
     if (!report_.are_limits_checked) return;
     report_.excesses = excesses_of(task_, solution);
-    if (task_.simulated) report_.simulated = simulate_contacts(task_, solution.motion, relaxation_);
+    if (task_.simulated)
+      report_.simulated = simulate_contacts(task_, solution.motion, relaxation_, watch_.stop);
   }
 
   void note(const Solution& s) {
