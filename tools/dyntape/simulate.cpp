@@ -179,12 +179,10 @@ Scene scene_in(const SimulateOptions& options) {
 
 SimulatedMotion watched(const Scene& scene, io::LiveLine& line, const Interruption& interruption,
                         std::atomic<bool>& has_begun) {
-  const auto tell = [&](const std::string& what) {
-    has_begun = true;
-    line.show(what);
-  };
   try {
-    return simulate(scene, {interruption.token(), tell});
+    return simulate(scene, {.stop = interruption.token(),
+                            .tell = [&](const std::string& what) { line.show(what); },
+                            .begin = [&] { has_begun = true; }});
   } catch (const Error&) {
     line.erase();
     if (!interruption.status()) throw;

@@ -58,7 +58,7 @@ class Script {
   void label_axes(const Panel& panel, const Box& frame) {
     const double middle_x = 0.5 * (frame.left + frame.right), middle_y = 0.5 * (frame.top + frame.bottom);
     label(panel.x_label, canvas_.at(middle_x, frame.bottom + 40), kTextSize, "center tc rgb '#333333'");
-    label(panel.y_label, canvas_.at(frame.left - 78, middle_y), kTextSize,
+    label(panel.y_label, canvas_.at(frame.left - 81, middle_y), kTextSize,
           "center rotate by 90 tc rgb '#333333'");
   }
 

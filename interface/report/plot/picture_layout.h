@@ -11,7 +11,7 @@
 namespace dyntape::io {
 
 inline constexpr double kTextSize = 13, kSmallSize = 11.5, kTitleSize = 17;
-inline constexpr double kLeft = 88, kRight = 26, kBottom = 58, kTop = 14;  // around the frame of a panel [px]
+inline constexpr double kLeft = 91, kRight = 26, kBottom = 58, kTop = 14;  // around the frame of a panel [px]
 inline constexpr double kHeadRow = 24, kTitleRow = 40;
 inline constexpr double kSample = 26;  // the line in the legend [px]
 

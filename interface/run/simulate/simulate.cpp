@@ -65,6 +65,7 @@ class SceneRun {
 
   SimulatedMotion result() {
     const auto begin = Clock::now();
+    if (watch_.begin) watch_.begin();
     of_motion_.start(scene_.commands.at(0, steps_.x()));
     depth_.reached(0), reached(0);
     const auto commands = [this](const StepTime& s) { return scene_.commands.at(s.t + s.h / 2, steps_.x()); };

@@ -74,6 +74,7 @@ struct SimulatedMotion {
 struct SimulationWatch {
   std::stop_token stop = {};
   std::function<void(const std::string& what)> tell = {};  // "t = 1.23 of 2 s"
+  std::function<void()> begin = {};                        // called once, before the first step
 };
 
 SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch = {});
