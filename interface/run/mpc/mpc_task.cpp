@@ -39,6 +39,17 @@ std::string why_fallen(double t, const Eigen::VectorXd& x, double least) {
   return upright < 0.5 ? fell + "leans by more than 60 degrees" : "";
 }
 
+// Null: the plan is the plant, or a stop request came first, so that the loop makes no step.
+std::shared_ptr<ScenePlant> plant_of(const Task& task, const std::stop_token& stop) {
+  if (!task.control.plant) return nullptr;
+  try {
+    return std::make_shared<ScenePlant>(*task.control.plant, task.problem.start, stop);
+  } catch (const ToolError&) {
+    if (!stop.stop_requested()) throw;
+    return nullptr;
+  }
+}
+
 }  // namespace
 
 ControlReport control_task(const Task& task, const std::stop_token& stop,
@@ -56,8 +67,7 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
         "\": its scene has rigid contacts, whose forces a controller would take for motors; expected a "
         "task without them, or `dyntape solve`");
   ClosedLoopOptions options = loop_options(task.control, stop, watch);
-  if (task.control.plant) {
-    const auto plant = std::make_shared<ScenePlant>(*task.control.plant, task.problem.start, stop);
+  if (const auto plant = plant_of(task, stop)) {
     options.plant = [plant](Eigen::VectorXd& x, double from, double to, const auto& control) {
       return plant->move(x, from, to, control);
     };
