@@ -31,6 +31,9 @@ struct Compiler {
 inline constexpr char kSourceFile[] = "source.c";
 inline constexpr char kLibraryFile[] = "library.so";
 
+// Returns the path of a program: the first of this name in PATH, or the name itself if it is a path; "" if there is none.
+std::string in_path(const std::string& name);
+
 // Finds the compiler `wanted` (a name or path; empty: the usual compilers), with the flags of the contract and
 // the user.  `memory`: a folder that stores identities between processes, or "".
 std::optional<Compiler> find_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,

@@ -20,18 +20,6 @@ bool is_program(const std::string& path) {
   return stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) && access(path.c_str(), X_OK) == 0;
 }
 
-// The full path of a name, or "".
-std::string in_path(const std::string& name) {
-  if (name.find('/') != std::string::npos) return is_program(name) ? name : "";
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path ? path : "/usr/local/bin:/usr/bin:/bin");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const std::string candidate = (folder.empty() ? "." : folder) + "/" + name;
-    if (is_program(candidate)) return candidate;
-  }
-  return {};
-}
-
 std::string program_for(const std::string& wanted) {
   if (!wanted.empty()) return in_path(wanted);
   const char* chosen = std::getenv("DYNTAPE_CC");
@@ -43,6 +31,17 @@ std::string program_for(const std::string& wanted) {
 }
 
 }  // namespace
+
+std::string in_path(const std::string& name) {
+  if (name.find('/') != std::string::npos) return is_program(name) ? name : "";
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "/usr/local/bin:/usr/bin:/bin");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const std::string candidate = (folder.empty() ? "." : folder) + "/" + name;
+    if (is_program(candidate)) return candidate;
+  }
+  return {};
+}
 
 std::string no_compiler(const std::string& wanted) {
   const char* chosen = std::getenv("DYNTAPE_CC");
@@ -85,9 +84,10 @@ void identify(Compiler& compiler, const Identity& identity) {
   compiler.version = identity.version;
   compiler.identity = identity.text;
 #if defined(__aarch64__)
-  // Loads a constant by one instruction instead of two, if it stands within 1 MB, behind its function.  clang does not have
-  // the flag.
-  if (identity.version.starts_with("gcc ")) compiler.flags.push_back("-mpc-relative-literal-loads");
+  // A constant within 1 MB, behind its function, is loaded by one instruction instead of two.  Neighbours in memory are loaded and stored
+  // in pairs.  Kernels' parts know which registers their callees leave alone.  clang does not have the flags.
+  if (identity.version.starts_with("gcc "))
+    compiler.flags.insert(compiler.flags.end(), {"-mpc-relative-literal-loads", "-fpeephole2", "-fipa-ra"});
 #endif
 }
 

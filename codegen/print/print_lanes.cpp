@@ -272,13 +272,18 @@ static __attribute__((unused, noinline)) real dt_cos(real x) {
   dt_sines(m##0, m##_sin, m##_cos); \
   if (n > 4) dt_sines(m##1, m##_sin + 1, m##_cos + 1)
 #else
+/* Of two registers, which share the constants. */
+static __attribute__((unused, noinline)) void dt_more_sines(dt_vector x, dt_vector y, dt_vector* s, dt_vector* c) {
+  const dt_vector_words few = dt_turn_few(x, s, c);
+  if (dt_all(few & dt_turn_few(y, s + 1, c + 1))) return;
+  dt_turn_each(x, s, c);
+  dt_turn_each(y, s + 1, c + 1);
+}
 #define DT_TURNS(m, n, a, b, c, d, e, f, g, h) \
   const dt_vector m##0 = {a, b}, m##1 = {c, d}, m##2 = {e, f}, m##3 = {g, h}; \
   dt_vector m##_sin[4], m##_cos[4]; \
-  dt_sines(m##0, m##_sin, m##_cos); \
-  if (n > 2) dt_sines(m##1, m##_sin + 1, m##_cos + 1); \
-  if (n > 4) dt_sines(m##2, m##_sin + 2, m##_cos + 2); \
-  if (n > 6) dt_sines(m##3, m##_sin + 3, m##_cos + 3)
+  if (n > 2) dt_more_sines(m##0, m##1, m##_sin, m##_cos); else dt_sines(m##0, m##_sin, m##_cos); \
+  if (n > 6) dt_more_sines(m##2, m##3, m##_sin + 2, m##_cos + 2); else if (n > 4) dt_sines(m##2, m##_sin + 2, m##_cos + 2)
 #endif
 #endif
 )";

@@ -48,7 +48,7 @@ T value(Op op, const std::vector<T>& in) {
 
 void expect_close(const Quad& got, const Quad& expected, double tolerance, const std::string& what) {
   EXPECT_LE(abs(got - expected), tolerance * (1 + abs(expected)))
-      << what << ": got " << got.str(20) << ", expected " << expected.str(20);
+      << what << ": got " << to_text(got, 20) << ", expected " << to_text(expected, 20);
 }
 
 std::string text(const std::vector<double>& x) {
@@ -116,7 +116,7 @@ TEST_P(OpSheet, SlopesReachAsFarAsTheirTrueValues) {
           const double found = slope<double>(op(), i, x[0], x[1], x[2], r, v);
           const Quad expected = slope<Quad>(op(), i, u[0], u[1], u[2], s, Quad(v));
           EXPECT_TRUE(holds(found, expected)) << "argument " << i << " at (" << x[0] << ", " << x[1]
-                                              << "): " << found << ", not " << expected.str(8);
+                                              << "): " << found << ", not " << to_text(expected, 8);
         }
       }
     }

@@ -3,14 +3,26 @@
 // A 113-bit float as the reference, and derivatives of a Function by differences in it.
 #pragma once
 
-#include <boost/multiprecision/float128.hpp>
+#include <cmath>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/dynamics/algebra/float128.h>
 
 namespace dyntape::testing {
 
-using Quad = boost::multiprecision::float128;
+using Quad = dynamics::Float128;
+// For unqualified calls where Quad is `long double`, which has no namespace of its own.
+using std::abs, std::isfinite, std::isnan;
+
+inline std::string to_text(const Quad& x, int digits) {
+  std::ostringstream text;
+  text.precision(digits);
+  text << x;
+  return text.str();
+}
 
 inline std::vector<Quad> to_quad(const std::vector<double>& v) { return {v.begin(), v.end()}; }
 

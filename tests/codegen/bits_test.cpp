@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/dynamics/algebra/float128.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -17,6 +18,7 @@ namespace {
 
 using testing::Random;
 using testing::same;
+using Quad = dynamics::Float128;
 
 struct Variant {
   std::vector<std::string> flags;
@@ -197,8 +199,8 @@ TEST_P(Bits, Case119_CompensatedArithmetic) {
   const CompiledFunction c = compiled(f, kVariants[GetParam()], Order::kFirst);
   EXPECT_GT(expect_same_bits(f, c, Order::kFirst, random, 200), 2000u);
   const std::vector<double> y = c.evaluate(Order::kValue, {0.1, 3e-9, 1e-17, 0.3, 0.7}).y;
-  EXPECT_EQ(y[0], static_cast<double>((__float128(0.1) + 3e-9) - (0.1 + 3e-9)));
-  EXPECT_EQ(y[1], static_cast<double>(__float128(0.1) * 3e-9 - (0.1 * 3e-9)));
+  EXPECT_EQ(y[0], static_cast<double>((Quad(0.1) + 3e-9) - (0.1 + 3e-9)));
+  EXPECT_EQ(y[1], static_cast<double>(Quad(0.1) * 3e-9 - (0.1 * 3e-9)));
   EXPECT_EQ(y[4], 0);
   EXPECT_GT(c.evaluate(Order::kValue, {1, 1e-16, 1e-16, 1e-16, 1e-16}).y[2], 1);  // which a plain sum is not
 }

@@ -282,7 +282,7 @@ TEST(Compiler, HostsThatIgnoreTheirChildren) {
 }
 
 TEST(Compiler, ClangGivesTheSameBits) {
-  if (testing::program("clang").empty()) GTEST_SKIP() << "clang is not installed";
+  if (codegen::in_path("clang").empty()) GTEST_SKIP() << "clang is not installed";
   Random random(44);
   SCOPED_TRACE(random.seed_text());
   const Function f = testing::random_functions(random, 100, 12);

@@ -8,9 +8,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <string>
 #include <vector>
 
+#include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/machine/machine_code.h>
 #include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/system/process.h>
@@ -40,9 +42,11 @@ class Scratch {
   codegen::TemporaryFolder folder_;
 };
 
-inline std::string program(const std::string& name) {
-  const std::string path = "/usr/bin/" + name;
-  return access(path.c_str(), X_OK) == 0 ? path : "";
+// The words that run a program which a compiler of PATH has made.  If the processor is emulated, the emulator is the value of
+// DYNTAPE_TEST_EMULATOR (tests/full/processors/aarch64_suite.sh).
+inline std::vector<std::string> run_words(const std::string& made) {
+  const char* emulator = std::getenv("DYNTAPE_TEST_EMULATOR");
+  return emulator ? std::vector<std::string>{emulator, made} : std::vector<std::string>{made};
 }
 
 // Runs a command; its output, with the exit status in the first line if it is not 0.
@@ -90,7 +94,7 @@ inline void expect_compiles_cleanly(const std::vector<std::string>& texts,
     for (const auto& [name, standard] :
          {std::pair("gcc", "-std=c99"), std::pair("g++", "-std=c++11"), std::pair("clang", "-std=c99"),
           std::pair("clang++", "-std=c++17")}) {
-      const std::string compiler = program(name);
+      const std::string compiler = codegen::in_path(name);
       if (compiler.empty()) {
         std::printf("%s is not installed: not tried\n", name);
         continue;

@@ -21,7 +21,7 @@ class EmbeddedLibrary {
  public:
   explicit EmbeddedLibrary(const codegen::EmbeddedSource& e, std::vector<std::string> flags = {"-O2"}) {
     codegen::write_file(folder_ / "text.c", e.source.text);
-    std::vector<std::string> words = {"/usr/bin/gcc", "-std=c99", "-shared", "-fPIC"};
+    std::vector<std::string> words = {codegen::in_path("gcc"), "-std=c99", "-shared", "-fPIC"};
     words.insert(words.end(), codegen::contract_flags().begin(), codegen::contract_flags().end());
     words.insert(words.end(), flags.begin(), flags.end());
     for (const std::string& last :

@@ -128,7 +128,11 @@ TEST(Gather, OneStateHasTheBitsOfTheInterpreterInRegistersOfAnyWidth) {
     x[4] = special;
     states.push_back(x);
   }
+#if defined(__x86_64__)
   const std::vector<std::vector<std::string>> widths = {{}, {"-mno-avx512f"}, {"-mno-avx"}};
+#else
+  const std::vector<std::vector<std::string>> widths = {{}};
+#endif
   for (std::size_t k = 0; k < 2 * widths.size(); ++k) {
     const std::vector<std::string>& flags = widths[k / 2];
     CodegenOptions options;

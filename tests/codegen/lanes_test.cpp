@@ -192,7 +192,7 @@ TEST_P(LanesOf, AnyLevelAndCompiler) {
     expect_lanes_are_points(f, options, random);
   }
   options.flags.clear();
-  options.compiler = testing::program("clang");
+  options.compiler = codegen::in_path("clang");
   if (options.compiler.empty()) GTEST_SKIP() << "clang is not installed";
   expect_lanes_are_points(f, options, random);
 }

@@ -122,7 +122,8 @@ TEST(Loading, ALibraryOfAnotherInterfaceIsRefused) {
     EXPECT_NE(at, std::string::npos);
     codegen::write_file(source, std::string(text).replace(
                                     at, own.size(), "#define DYNTAPE_ABI " + std::to_string(number) + "\n"));
-    EXPECT_EQ(testing::output_of({"/usr/bin/cc", "-shared", "-fPIC", source, "-o", library, "-lm"}, scratch),
+    EXPECT_EQ(testing::output_of({codegen::in_path("cc"), "-shared", "-fPIC", source, "-o", library, "-lm"},
+                                 scratch),
               "");
     return Library::load(library, content);
   };

@@ -4,11 +4,11 @@
 // arguments, next to multiples of pi / 2, and the arguments that are nearest to one of them.
 #include <dyntape/autodiff/own_sines.h>
 #include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/algebra/float128.h>
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <boost/math/constants/constants.hpp>
-#include <boost/multiprecision/float128.hpp>
 #include <cmath>
 #include <limits>
 
@@ -18,7 +18,8 @@
 namespace dyntape::own_trig_test {
 namespace {
 
-using Quad = boost::multiprecision::float128;
+using Quad = dynamics::Float128;
+using std::abs, std::cos, std::ldexp, std::sin;  // of `long double`
 using testing::EmbeddedLibrary;
 using testing::Random;
 

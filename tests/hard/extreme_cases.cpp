@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Functions at extremes: very large and very small arguments, the ends of their ranges, zeros of both signs.
-#include <boost/multiprecision/float128.hpp>
-
 #include <cmath>
 #include <limits>
+
+#include <dyntape/dynamics/algebra/float128.h>
 
 #include "edge_cases.h"
 
@@ -13,7 +13,8 @@ namespace {
 
 using V = VectorXad;
 using Cases = std::vector<EdgeCase>;
-using Quad = boost::multiprecision::float128;
+using Quad = dynamics::Float128;
+using std::cos, std::sin, std::tan;  // of `long double`
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kEps = std::numeric_limits<double>::epsilon();

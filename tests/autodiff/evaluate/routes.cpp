@@ -113,7 +113,8 @@ class Routes {
 
   void report(const std::string& what, std::size_t i, const Quad& got, const Quad& expected) {
     if (found_.empty())
-      found_ = what + " [" + std::to_string(i) + "]: " + got.str(25) + " instead of " + expected.str(25);
+      found_ =
+          what + " [" + std::to_string(i) + "]: " + to_text(got, 25) + " instead of " + to_text(expected, 25);
   }
 
   void values() {

@@ -1,11 +1,9 @@
 #!/usr/bin/env bash
 # The algorithms in the registers of an aarch64 (two doubles), compiled here and emulated: the bits of this machine.
 #   aarch64.sh PROGRAM SOURCE_DIR BUILD_DIR      PROGRAM: aarch64.cpp for this machine; 77: no cross compiler or emulator
-set -euo pipefail
+. "$(dirname "$0")/aarch64_common.sh"
 program=$1 source=$2 build=$3
-compiler=$(command -v aarch64-linux-gnu-g++) && emulator=$(command -v qemu-aarch64) || { echo "aarch64: not installed"; exit 77; }
-scratch=$(mktemp -d)
-trap 'rm -rf "$scratch"' EXIT
+needs aarch64-linux-gnu-g++ qemu-aarch64
 units=$scratch/units.cpp
 {
   for part in inverse_dynamics forward_dynamics derivatives kinematics; do echo "#include <dyntape/dynamics/algorithms/detail/$part.hxx>"; done
@@ -13,15 +11,15 @@ units=$scratch/units.cpp
 } >"$units"
 sources=("$units" "$source/tests/full/processors/aarch64.cpp" "$source"/dynamics/model/{model,checks,tree_shape}.cpp "$source/autodiff/eigen_layout.cpp")
 for unit in "${sources[@]}"; do
-  "$compiler" -std=c++20 -O2 -Wno-psabi -ffp-contract=off -fno-tree-slp-vectorize -I"$build/include" -isystem /usr/include/eigen3 \
+  aarch64-linux-gnu-g++ -std=c++20 -O2 -Wno-psabi -ffp-contract=off -fno-tree-slp-vectorize -I"$build/include" -isystem /usr/include/eigen3 \
     -c "$unit" -o "$scratch/$(basename "$unit").o" &
   # Two at a time.
   [ "$(jobs -rp | wc -l)" -lt 2 ] || wait -n
 done
 wait
-"$compiler" "$scratch"/*.o -static -o "$scratch/emulated"
+aarch64-linux-gnu-g++ "$scratch"/*.o -static -o "$scratch/emulated"
 "$program" >"$scratch/own.txt"
-"$emulator" "$scratch/emulated" >"$scratch/emulated.txt"
+qemu-aarch64 "$scratch/emulated" >"$scratch/emulated.txt"
 [ "$(wc -l <"$scratch/own.txt")" = 24 ]
-diff "$scratch/own.txt" "$scratch/emulated.txt" || { echo "aarch64: other bits"; exit 1; }
-echo "aarch64: $(wc -l <"$scratch/own.txt") trees have the same bits"
+diff "$scratch/own.txt" "$scratch/emulated.txt" || { echo "$name: other bits"; exit 1; }
+since "$(wc -l <"$scratch/own.txt") trees have the same bits"

@@ -42,9 +42,11 @@ class Processor:
         if name == 'aarch64':
             self.flags, self.prefix, self.root = ['-mcpu=cortex-a76'], 'aarch64-linux-gnu-', sysroot
             self.emulator, self.evaluations = [ROOT / 'tools/aarch64_run'], build / 'aarch64/bin/evaluations'
-            self.own, self.lanes, self.literals = [f'--sysroot={sysroot}'], 2, ['-mpc-relative-literal-loads']
+            self.own, self.lanes = [f'--sysroot={sysroot}'], 2
+            self.level = ['-O1', '-mpc-relative-literal-loads', '-fpeephole2', '-fipa-ra']  # as codegen/build compiles
         else:
-            self.flags, self.prefix, self.root, self.own, self.lanes, self.literals = ['-march=x86-64-v3'], '', pathlib.Path('/'), [], 4, []
+            self.flags, self.prefix, self.root, self.own, self.lanes = ['-march=x86-64-v3'], '', pathlib.Path('/'), [], 4
+            self.level = ['-O1', '-fira-algorithm=priority']
             self.emulator, self.evaluations = ['qemu-x86_64', '-cpu', 'max'], build / 'bin/evaluations'
         self.include = build / 'include'
         # dyntape's compiler knows no processor of its own.
@@ -69,7 +71,7 @@ class Processor:
         """A program of the C that dyntape printed: Printed."""
         program = self.folder / f'text.{printed.name}.{lanes}'
         run = f'{printed.name}_value' + (f'_x{lanes}' if lanes > 1 else '')
-        self.compile('gcc', '-O1', *printed.flags, *self.literals, f'-DDYNTAPE_LANES={lanes}', '-c', printed.source, '-o', f'{program}.o')
+        self.compile('gcc', *self.level, *printed.flags, f'-DDYNTAPE_LANES={lanes}', '-c', printed.source, '-o', f'{program}.o')
         self.compile('gcc', '-O1', f'-DRUN={run}', f'-DLANES={lanes}', *printed.sizes, f'-I{self.include}', HERE / 'text_evaluations.c', f'{program}.o',
                      '-o', program, '-lm')
         return program
