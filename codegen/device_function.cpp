@@ -2,55 +2,21 @@
 #include <dyntape/codegen/device_function.h>
 
 #include <algorithm>
-#include <charconv>
 #include <mutex>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/codegen/device_transfer.h>
 #include <dyntape/codegen/pipeline.h>
-#include <dyntape/codegen/run/threads.h>
 
 namespace dyntape {
 namespace {
 
 using codegen::DeviceKernel;
+using codegen::fetch;
 using codegen::OpenClDevice;
 using codegen::OpenClProgram;
-
-constexpr std::size_t kPartBytes = std::size_t{256} << 20;  // sent at a time, where the device has more room
-constexpr std::size_t kTile = 64;  // states transposed together: they stay in the cache
-
-std::size_t device_number(const std::string& device) {
-  constexpr std::string_view kPrefix = "opencl:";
-  std::size_t number = 0;
-  const char* const end = device.data() + device.size();
-  if (device.starts_with(kPrefix)) {
-    const auto [at, error] = std::from_chars(device.data() + kPrefix.size(), end, number);
-    if (error == std::errc() && at == end) return number;
-  }
-  throw ArgumentError("device \"" + device + "\": expected opencl: and a number, as in opencl:0");
-}
-
-// Entry i of state s of many, state after state, at to[i * count + s].
-template <class Real>
-void send(const double* from, std::size_t stride, std::size_t n, std::size_t count, Real* to) {
-  codegen::run_tasks((count + kTile - 1) / kTile, [&](std::size_t tile) {
-    const std::size_t begin = tile * kTile, end = std::min(count, begin + kTile);
-    for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t s = begin; s < end; ++s) to[i * count + s] = static_cast<Real>(from[s * stride + i]);
-    }
-  });
-}
-
-template <class Real>
-void fetch(const Real* from, std::size_t stride, std::size_t n, std::size_t count, double* to) {
-  codegen::run_tasks((count + kTile - 1) / kTile, [&](std::size_t tile) {
-    const std::size_t begin = tile * kTile, end = std::min(count, begin + kTile);
-    for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t s = begin; s < end; ++s) to[s * stride + i] = static_cast<double>(from[i * count + s]);
-    }
-  });
-}
+using codegen::send;
 
 std::size_t total(const DeviceKernel& kernel) {
   std::size_t n = 1;  // the status
@@ -67,7 +33,7 @@ std::size_t largest(const DeviceKernel& kernel) {
 // States that are sent at a time.
 std::size_t states_at_once(const DeviceKernel& kernel, const OpenClDevice& device, std::size_t real,
                            std::size_t most) {
-  const std::size_t of_part = kPartBytes / (real * total(kernel)),
+  const std::size_t of_part = codegen::kPartBytes / (real * total(kernel)),
                     of_buffer = device.largest_buffer / (real * largest(kernel)),
                     of_memory = device.memory / 2 / (real * total(kernel) + kernel.work);
   const std::size_t fitting =
@@ -156,11 +122,7 @@ Violation DeviceFunction::State::run(Order wanted, const Points& points, const S
 
 DeviceFunction DeviceFunction::make(const Function& function, const CodegenOptions& options,
                                     const DeviceRunOptions& how) {
-  const std::size_t number = device_number(how.device);
-  const OpenClDevice device = codegen::opencl_device(number);
-  if (!how.single && !device.has_doubles)
-    throw ArgumentError("device " + how.device + " (" + device.name +
-                        ") has no double precision; expected another device, or single precision");
+  const OpenClDevice device = codegen::device_of_name(how.device, how.single);
   auto state = std::make_shared<State>();
   state->function = function;
   state->order = options.order;
@@ -173,8 +135,7 @@ DeviceFunction DeviceFunction::make(const Function& function, const CodegenOptio
     text.kernels.push_back(kernel.name);
     text.memory.push_back(kernel.work);
   }
-  text.options = "-cl-std=CL1.2 -w";
-  if (how.single && device.divides_exactly) text.options += " -cl-fp32-correctly-rounded-divide-sqrt";
+  text.options = codegen::options_for(device, how.single);
   text.name = state->source.source.name;
   text.order = static_cast<int>(options.order);
   text.use_cache = options.use_cache;

@@ -41,6 +41,7 @@ struct DeviceRunOptions {
   bool single = false;                  // float instead of double
   std::size_t piece_statements = 4000;  // device/print_device.h
   std::size_t most_states = 0;          // sent at a time; 0: as many as fit
+  std::size_t most_steps = 0;           // of a loop (device_loop.h), likewise
 };
 
 class DeviceFunction {

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Fails where two sources of a library give the same name to something in an anonymous namespace: sources are compiled
-many to a unit (tools/build), in which such names are one.  Overloads may share a name.  Or where a file of tests is not in
-a namespace that is called as the file is, which keeps its names apart.
+many to a unit (tools/build), in which such names are one.  Overloads may share a name.  Or where such a name is that of a type
+in a header of the library, in the same namespace, which a unit may include as well.  Or where a file of tests is not in a
+namespace that is called as the file is, which keeps its names apart.
 
     tools/unity_names.py
 """
@@ -19,6 +20,7 @@ FUNCTION = re.compile(r'^(?:template <[^\n]*>\n)?(?!struct|class|enum|using|retu
 TYPE = re.compile(r'^(?:struct|class|enum class|enum) (\w+)\b[^;\n]*\{', re.M)
 VALUE = re.compile(r'^(?:inline )?(?:static )?const(?:expr)? [^\n;({]*?\b(\w+)(?:\[[^\]]*\])?(?: =|\{)', re.M)
 USING = re.compile(r'^using (\w+) = (.*?);', re.M | re.S)
+NAMESPACE = re.compile(r'^namespace ([\w:]+) \{', re.M)
 DECLARED = re.compile(r'^using ((?:\w+::)+(\w+));', re.M)
 
 
@@ -46,13 +48,28 @@ def names_in(text):
         yield from ((name, whole) for whole, name in DECLARED.findall(block))
 
 
+def types_of_headers(library):
+    """By namespace and name, the header that declares the type."""
+    types = {}
+    for path in sorted((ROOT / library).rglob('*.h')):
+        text = path.read_text()
+        parts = NAMESPACE.split(text)
+        for namespace, part in zip(parts[1::2], parts[2::2]):
+            types.update({(namespace, name): path.relative_to(ROOT).as_posix() for name in TYPE.findall(part)})
+    return types
+
+
 def main():
     problems = []
     for library in LIBRARIES:
-        seen = {}
+        seen, declared = {}, types_of_headers(library)
         for path in sorted((ROOT / library).rglob('*.cpp')):
-            where = path.relative_to(ROOT).as_posix()
-            for name, meaning in set(names_in(path.read_text())):
+            where, text = path.relative_to(ROOT).as_posix(), path.read_text()
+            for namespace in NAMESPACE.findall(text):
+                for name in {name for block in HIDDEN.findall(text) for name in TYPE.findall(block)}:
+                    if (namespace, name) in declared:
+                        problems.append(f'{where}: {name} is a type of {declared[namespace, name]} as well')
+            for name, meaning in set(names_in(text)):
                 before, other = seen.setdefault(name, (meaning, where))
                 if other != where and (meaning is None or meaning != before):  # one alias of one type is no other
                     problems.append(f'{where}: {name} is in {other} as well')

@@ -102,7 +102,7 @@ OpenClDevice opencl_device(std::size_t number) {
   std::string names;
   for (std::size_t i = 0; i < devices.size(); ++i)
     names += (i ? ", " : "") + std::string("opencl:") + std::to_string(i) + " (" + devices[i].name + ")";
-  throw ArgumentError("OpenCL: there is no device opencl:" + std::to_string(number) + "; expected " + names);
+  throw ToolError("OpenCL: there is no device opencl:" + std::to_string(number) + "; expected " + names);
 }
 
 struct OpenClProgram::Objects {

@@ -6,8 +6,8 @@
 //   OpenClProgram program(opencl_device(0), {.text = text, .kernels = {"arm_value"}});
 //   program.run(0, {{.in = x, .bytes = 8 * n}, {.out = y, .bytes = 8 * m}}, count);
 //
-// ToolError: there is no loader, no device, no memory on the device, or the device's compiler fails; the message has
-// the beginning of its log.  ArgumentError: there is no device of this number.
+// ToolError: there is no loader, no device (of this number; the message lists those that are there), no memory on the
+// device, or the device's compiler fails; the message has the beginning of its log.
 #pragma once
 
 #include <cstddef>

@@ -12,7 +12,7 @@ namespace {
 using Array = CasadiArgument::Array;
 
 // An entry of a sparse block, and where its value stands.
-struct Entry {
+struct CasadiEntry {
   std::size_t row, col;
   std::size_t from;
 };
@@ -116,8 +116,8 @@ class Signatures {
   }
 
   static CasadiArgument sparse(const std::string& name, std::size_t rows, std::size_t cols,
-                               std::vector<Entry> entries, Array array) {
-    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+                               std::vector<CasadiEntry> entries, Array array) {
+    std::sort(entries.begin(), entries.end(), [](const CasadiEntry& a, const CasadiEntry& b) {
       return std::pair(a.col, a.row) < std::pair(b.col, b.row);
     });
     CasadiArgument made{name, {static_cast<long long>(rows), static_cast<long long>(cols)}, array, {}};
@@ -126,7 +126,7 @@ class Signatures {
       made.sparsity.push_back(static_cast<long long>(k));
       while (k < entries.size() && entries[k].col == j) ++k;
     }
-    for (const Entry& entry : entries) {
+    for (const CasadiEntry& entry : entries) {
       made.sparsity.push_back(static_cast<long long>(entry.row));
       made.places.push_back(static_cast<std::uint32_t>(entry.from));
     }
@@ -134,19 +134,19 @@ class Signatures {
   }
 
   // Of a result by an input; transposed: of the gradient by the weights.
-  std::vector<Entry> of_jacobian(std::size_t output, std::size_t input, bool transposed) const {
-    std::vector<Entry> entries;
+  std::vector<CasadiEntry> of_jacobian(std::size_t output, std::size_t input, bool transposed) const {
+    std::vector<CasadiEntry> entries;
     for (std::size_t k = 0; k < jacobian_.nnz(); ++k) {
       const std::size_t i = jacobian_.row[k], j = jacobian_.col[k];
       if (y_.block_of(i) != output || x_.block_of(j) != input) continue;
       const std::size_t row = y_.place_of(i), col = x_.place_of(j);
-      entries.push_back(transposed ? Entry{col, row, k} : Entry{row, col, k});
+      entries.push_back(transposed ? CasadiEntry{col, row, k} : CasadiEntry{row, col, k});
     }
     return entries;
   }
 
-  std::vector<Entry> of_hessian(std::size_t rows, std::size_t cols) const {
-    std::vector<Entry> entries;
+  std::vector<CasadiEntry> of_hessian(std::size_t rows, std::size_t cols) const {
+    std::vector<CasadiEntry> entries;
     const auto take = [&](std::size_t i, std::size_t j, std::size_t k) {
       if (x_.block_of(i) == rows && x_.block_of(j) == cols)
         entries.push_back({x_.place_of(i), x_.place_of(j), k});

@@ -48,8 +48,34 @@ void refuse_what_is_no_number(nb::handle given, const std::string& what) {
   throw error;
 }
 
+// Whether a tensor lies in the memory of a card, by DLPack's number of its device or by CUDA's interface.
+bool is_on_card(nb::handle tensor) {
+  constexpr long kProcessor = 1, kPinnedByCuda = 3, kPinnedByRocm = 11;
+  if (!nb::hasattr(tensor, "__dlpack_device__")) return nb::hasattr(tensor, "__cuda_array_interface__");
+  const long kind = nb::cast<long>(nb::int_(tensor.attr("__dlpack_device__")()[0]));
+  return kind != kProcessor && kind != kPinnedByCuda && kind != kPinnedByRocm;
+}
+
+// Tensors of other libraries as numpy reads them: those of the processor as they are, those of a card by their own copy.
+nb::object readable(nb::handle given, const std::string& what) {
+  const bool is_tensor = !PyArray_Check(given.ptr()) &&
+                         (nb::hasattr(given, "__dlpack__") || nb::hasattr(given, "__cuda_array_interface__"));
+  if (!is_tensor) return nb::borrow(given);
+  if (nb::hasattr(given, "requires_grad") && given.attr("requires_grad").is(Py_True))
+    throw ArgumentError(what +
+                        ": the tensor requires a gradient, which numbers do not carry; expected "
+                        "tensor.detach(), or a function of dyntape.bridges.torch");
+  if (is_on_card(given)) {
+    for (const char* copy : {"cpu", "get", "copy_to_host"})  // PyTorch's, CuPy's, Numba's
+      if (nb::hasattr(given, copy)) return given.attr(copy)();
+  }
+  if (nb::hasattr(given, "__array__")) return nb::borrow(given);
+  return nb::module_::import_("numpy").attr("from_dlpack")(given);
+}
+
 // A float64 array, aligned and of this machine's byte order.
-nb::object converted(nb::handle given, const std::string& what, int requirements) {
+nb::object converted(nb::handle object, const std::string& what, int requirements) {
+  const nb::object given = readable(object, what);
   refuse_what_is_no_number(given, what);
   if (PyArray_Check(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_OBJECT)
     requirements |= NPY_ARRAY_FORCECAST;  // of numbers: holds_objects()
@@ -289,6 +315,31 @@ void for_chunks(const Rows& rows, const ChunkBody& body) {
     codegen::run_tasks(chunks, [&](std::size_t k) {
       if (!stop.stop_requested()) chunk(k);
     });
+  });
+}
+
+void for_parts(const Rows& rows, std::size_t numbers, const ChunkBody& body) {
+  constexpr std::size_t kPart = std::size_t{16} << 20;  // numbers
+  constexpr std::size_t kTile = 1024;                   // states gathered together
+  const std::size_t all = rows.count(), n_in = rows.entries();
+  if (all == 0) return;
+  const std::size_t most = std::max<std::size_t>(1024, kPart / std::max<std::size_t>(1, numbers));
+  const double* in_place = rows.in_place();
+  interruptible(true, [&](const std::stop_token& stop) {
+    std::vector<double> states;
+    for (std::size_t first = 0; first < all && !stop.stop_requested(); first += most) {
+      const std::size_t count = std::min(most, all - first);
+      if (in_place) {
+        body(first, count, in_place + first * n_in);
+        continue;
+      }
+      states.resize(count * n_in);
+      codegen::run_tasks((count + kTile - 1) / kTile, [&](std::size_t tile) {
+        const std::size_t begin = tile * kTile;
+        rows.gather(first + begin, std::min(kTile, count - begin), states.data() + begin * n_in);
+      });
+      body(first, count, states.data());
+    }
   });
 }
 

@@ -8,7 +8,8 @@
 //   Result y(rows, {{"tau", {7}}});                   // float64, batch shape + (7)
 //
 // An argument that is a float64 array is read where it lies, whatever its strides; anything else that numpy can make a
-// float64 array of without loss is converted once.  A wrong shape is an ArgumentError: what, expected, got.
+// float64 array of without loss is converted once.  Tensors with __dlpack__ or __cuda_array_interface__ are read likewise,
+// those of a card by their own copy to the host.  A wrong shape is an ArgumentError: what, expected, got.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -104,6 +105,8 @@ class Rows {
 //   body(first, count, states)    states first to first + count, one after the other; must not touch Python
 using ChunkBody = std::function<void(std::size_t first, std::size_t count, const double* states)>;
 void for_chunks(const Rows& rows, const ChunkBody& body);
+// The same in large parts, one after the other: for what has threads of its own.  `numbers`: of a state and its results.
+void for_parts(const Rows& rows, std::size_t numbers, const ChunkBody& body);
 // The one state of rows without batch axes, in this thread, with the lock: of work that is done in a microsecond or two,
 // which is about what it takes to give the lock away and to get it back.
 void for_one(const Rows& rows, const ChunkBody& body);

@@ -7,12 +7,9 @@
 #include <algorithm>
 
 #include "functions.h"
-#include "watch.h"
 
 namespace dyntape::python {
 namespace {
-
-constexpr std::size_t kResultBytes = std::size_t{128} << 20;  // copied to numpy's arrays at a time
 
 std::string device_text(const codegen::OpenClDevice& d) {
   return "<dyntape.Device \"" + d.name + "\": " + d.platform + ", driver " + d.driver + ", " +
@@ -23,40 +20,25 @@ std::string device_text(const codegen::OpenClDevice& d) {
 
 void evaluate_on_device(const RecordedFunction& f, const DeviceFunction& device, Order order,
                         const Rows& rows, const Write& write) {
-  const std::size_t all = rows.count(), n_in = rows.entries(), n_y = f.n_y();
-  if (all == 0) return;
+  const std::size_t n_in = rows.entries(), n_y = f.n_y();
   const std::size_t n_j = order >= Order::kFirst ? device.jacobian_pattern().nnz() : 0;
   const std::size_t n_h = order == Order::kSecond ? device.hessian_pattern().nnz() : 0;
-  const std::size_t of_state = std::max<std::size_t>(1, n_in + n_y + n_j + n_h) * sizeof(double),
-                    most = std::max<std::size_t>(1024, kResultBytes / of_state);
   const Strides strides{.x = n_in, .p = n_in, .w = n_in, .y = n_y, .jacobian = n_j, .hessian = n_h};
-  interruptible(true, [&](const std::stop_token& stop) {
-    std::vector<double> gathered;
-    ChunkResults results;
-    for (std::size_t first = 0; first < all && !stop.stop_requested(); first += most) {
-      const std::size_t count = std::min(most, all - first);
-      const double* states = rows.in_place();
-      if (states) {
-        states += first * n_in;
-      } else {
-        gathered.resize(count * n_in);
-        rows.gather(first, count, gathered.data());
-        states = gathered.data();
-      }
-      results.y.resize(count * n_y);
-      results.jacobian.resize(count * n_j);
-      results.hessian.resize(count * n_h);
-      Points points;
-      points.count = count, points.strides = &strides;
-      points.x = states, points.p = states + f.n_x(), points.w = states + f.n_x() + f.n_p();
-      points.y = results.y.data();
-      points.jacobian = n_j ? results.jacobian.data() : nullptr;
-      points.hessian = n_h ? results.hessian.data() : nullptr;
-      const Violation violation = device.run(order, points);
-      if (violation)
-        device.check({violation.guard, first + violation.point}, rows.is_single() ? 1 : rows.count());
-      write(first, count, results);
-    }
+  ChunkResults results;
+  for_parts(rows, n_in + n_y + n_j + n_h, [&](std::size_t first, std::size_t count, const double* states) {
+    results.y.resize(count * n_y);
+    results.jacobian.resize(count * n_j);
+    results.hessian.resize(count * n_h);
+    Points points;
+    points.count = count, points.strides = &strides;
+    points.x = states, points.p = states + f.n_x(), points.w = states + f.n_x() + f.n_p();
+    points.y = results.y.data();
+    points.jacobian = n_j ? results.jacobian.data() : nullptr;
+    points.hessian = n_h ? results.hessian.data() : nullptr;
+    const Violation violation = device.run(order, points);
+    if (violation)
+      device.check({violation.guard, first + violation.point}, rows.is_single() ? 1 : rows.count());
+    write(first, count, results);
   });
 }
 

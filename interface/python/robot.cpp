@@ -325,8 +325,8 @@ std::shared_ptr<RobotPath> Robot::route(const RobotCall& call) const {
   }
   // Two threads may make the same; the first that is done serves.
   const RobotFunction function = this->function(call);
-  std::shared_ptr<RobotPath> made = watched(nb::none(), [&](const Watch& watch) {
-    return make_route(model(), function, call.route, call.many, watch.stop);
+  std::shared_ptr<RobotPath> made = left_alone(nb::find(*this), [=, this](const std::stop_token& stop) {
+    return make_route(model(), function, call.route, call.device, call.many, stop);
   });
   const std::scoped_lock lock(mutex_);
   return routes_.emplace(call, std::move(made)).first->second;

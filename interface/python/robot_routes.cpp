@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/device_function.h>
 #include <dyntape/codegen/run/workspace_pool.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 
@@ -74,8 +75,30 @@ class RecordedRoute final : public RobotPath {
   dyntape::detail::WorkspacePool<CompiledFunction::Workspace> pool_;
 };
 
+class DeviceRoute final : public RobotPath {
+ public:
+  DeviceRoute(const dynamics::Model<double>& model, const RobotFunction& function, const std::string& device)
+      : function_(DeviceFunction::make(record_robot_function(model, function, RobotSource::kAnalytic),
+                                       {.order = Order::kValue}, {.device = device})) {
+    is_device = true;
+    n_in = function_.function().n_x();
+    n_out = function_.function().n_y();
+  }
+
+  void evaluate(const double* states, std::size_t count, double* results) override {
+    Points points;
+    points.count = count, points.x = states, points.y = results;
+    function_.check(function_.run(Order::kValue, points), count);
+  }
+
+ private:
+  const DeviceFunction function_;
+};
+
 std::shared_ptr<RobotPath> unshaped_route(const dynamics::Model<double>& model, const RobotFunction& function,
-                                          const std::string& word, bool many, const std::stop_token& stop) {
+                                          const std::string& word, const std::string& device, bool many,
+                                          const std::stop_token& stop) {
+  if (!device.empty()) return std::make_shared<DeviceRoute>(model, function, device);
   if (word == kLanes) return make_lanes_route(model, function);
   RobotRoute route;
   try {
@@ -111,8 +134,9 @@ std::vector<Block> blocks_of(const dynamics::Model<double>& model, const RobotFu
 }
 
 std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, const RobotFunction& function,
-                                      const std::string& word, bool many, const std::stop_token& stop) {
-  std::shared_ptr<RobotPath> route = unshaped_route(model, function, word, many, stop);
+                                      const std::string& word, const std::string& device, bool many,
+                                      const std::stop_token& stop) {
+  std::shared_ptr<RobotPath> route = unshaped_route(model, function, word, device, many, stop);
   route->blocks = blocks_of(model, function);
   return route;
 }
@@ -124,6 +148,7 @@ void evaluate(RobotPath& route, const Rows& rows, double* results) {
     route.evaluate(states, count, y);
     Eigen::Map<Eigen::ArrayXd>(y, Eigen::Index(count * route.n_out)) += 0.0;  // -0 becomes 0
   };
+  if (route.is_device) return for_parts(rows, route.n_in + route.n_out, part);
   if (rows.is_single() && route.is_brief && route.n_out <= kBriefOutputs) return for_one(rows, part);
   for_chunks(rows, part);
 }

@@ -2,10 +2,13 @@
 //
 // A robot's function at many states by one route, for any number of Python threads at a time.
 //
-//   const auto rnea = make_route(robot, RobotFunction::kRnea, "lanes");
+//   const auto rnea = make_route(robot, RobotFunction::kRnea, "lanes", "", true);
 //   evaluate(*rnea, rows, results);      // releases the lock; states are shared out among the threads of the process
 //
 // Zeros of results are positive: the sign of a zero depends on the route.
+//
+// A device evaluates the recording of the plain code, of a batch in large parts, with the bits of "lanes" where those are
+// the recording's (robots/lanes_route.h).
 //
 // "lanes" is the plain double code in packs, or machine code with the same bits (robots/lanes_route.h); the other words are those
 // of RobotRoute.
@@ -30,12 +33,15 @@ class RobotPath {
   std::size_t n_in = 0, n_out = 0;
   std::vector<Block> blocks;  // of a result
   bool is_brief = false;      // plain arithmetic, which ends soon
+  bool is_device = false;     // which takes thousands of states at a time
 };
 
 inline constexpr const char* kLanes = "lanes";
 
+// By its word, or on a device, as "opencl:0".
 std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, const RobotFunction& function,
-                                      const std::string& word, bool many, const std::stop_token& stop = {});
+                                      const std::string& word, const std::string& device, bool many,
+                                      const std::stop_token& stop = {});
 
 // The blocks of a function's result.
 std::vector<Block> blocks_of(const dynamics::Model<double>& model, const RobotFunction& function);

@@ -3,6 +3,7 @@
 // Scenes as Python holds them, and many motions of one at once.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -10,6 +11,7 @@
 
 #include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/report/simulation_results.h>
+#include <dyntape/interface/run/rollout/device_rollout.h>
 #include <dyntape/interface/run/rollout/scene_rollout.h>
 
 #include "motions.h"
@@ -26,10 +28,13 @@ class PythonScene {
   const Ties ties;
   // Made once, without the lock, at the first call.
   SceneRollout& steps(bool with_jacobians) const;
+  // On a device, as "opencl:0"; likewise.
+  std::shared_ptr<const DeviceRollout> steps_on(const std::string& device) const;
 
  private:
   mutable std::mutex mutex_;
   mutable std::unique_ptr<SceneRollout> steps_[2];
+  mutable std::map<std::string, std::shared_ptr<const DeviceRollout>> on_devices_;
 };
 
 // A motion and the scene that it is of, which reports refer to.

@@ -37,15 +37,15 @@ double root_near(double x, const Step& step) {
 }
 
 // On [0, 1], in their order.
-struct Quadrature {
+struct FamilyQuadrature {
   Eigen::VectorXd points, weights;
 };
 
 // Both ends and the roots of P'_n, n = points - 1; w = 2 / (n (n + 1) P_n^2) on [-1, 1].  Newton's steps are those of
 // (1 - x^2) P'_n / n = P_{n-1} - x P_n, whose slope is - (n + 1) P_n; x = -cos(pi i / n) is near enough.
-Quadrature lobatto_quadrature(int points) {
+FamilyQuadrature lobatto_quadrature(int points) {
   const int n = points - 1;
-  Quadrature q{Eigen::VectorXd(points), Eigen::VectorXd(points)};
+  FamilyQuadrature q{Eigen::VectorXd(points), Eigen::VectorXd(points)};
   for (int i = 0; i < points; ++i) {
     double x = i == 0 ? -1 : i == n ? 1 : -std::cos(std::numbers::pi * i / n);
     if (i > 0 && i < n) {
@@ -61,8 +61,8 @@ Quadrature lobatto_quadrature(int points) {
 }
 
 // Roots of P_s - P_{s-1}, 1 among them; w = (1 + x) / (s P_{s-1})^2 on [-1, 1].  (1 - x^2) P'_k = k (P_{k-1} - x P_k).
-Quadrature radau_quadrature(int s) {
-  Quadrature q{Eigen::VectorXd(s), Eigen::VectorXd(s)};
+FamilyQuadrature radau_quadrature(int s) {
+  FamilyQuadrature q{Eigen::VectorXd(s), Eigen::VectorXd(s)};
   for (int i = 0; i < s; ++i) {
     double x = 1;
     if (i + 1 < s) {
@@ -80,7 +80,7 @@ Quadrature radau_quadrature(int s) {
 }
 
 // Entry (i, j): the integral of point j's Lagrange polynomial from 0 to c_i.  The quadrature is exact for it.
-Eigen::MatrixXd integrals(const Quadrature& q) {
+Eigen::MatrixXd integrals(const FamilyQuadrature& q) {
   const Eigen::Index n = q.points.size();
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -122,7 +122,7 @@ std::string checked_name(const char* family, int points, int least) {
 
 Scheme lobatto(int points) {
   const std::string name = checked_name("lobatto", points, 2);
-  const Quadrature q = lobatto_quadrature(points);
+  const FamilyQuadrature q = lobatto_quadrature(points);
   const int rows = points - 1;
   Eigen::MatrixXd alpha(rows, points);
   alpha << Eigen::VectorXd::Constant(rows, -1), Eigen::MatrixXd::Identity(rows, rows);
@@ -131,7 +131,7 @@ Scheme lobatto(int points) {
 
 Scheme radau(int collocated) {
   const std::string name = checked_name("radau", collocated, 1);
-  const Quadrature q = radau_quadrature(collocated);
+  const FamilyQuadrature q = radau_quadrature(collocated);
   Scheme scheme{name,
                 Eigen::VectorXd::Zero(collocated + 1),
                 Eigen::MatrixXd::Zero(collocated, collocated + 1),
@@ -148,7 +148,7 @@ Scheme radau(int collocated) {
 
 Scheme pseudospectral(int points) {
   const std::string name = checked_name("pseudospectral", points, 3);
-  const Quadrature q = lobatto_quadrature(points);
+  const FamilyQuadrature q = lobatto_quadrature(points);
   Scheme scheme{name,
                 q.points,
                 q.weights.asDiagonal() * lobatto_slopes(q.points),

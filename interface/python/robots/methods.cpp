@@ -43,14 +43,22 @@ struct Method {
 
 // What the caller chose besides the state; null: not given.
 struct Choice {
-  nb::handle route, frame, axes, contacts;
+  nb::handle route, device, frame, axes, contacts;
 };
 
 bool is_given(nb::handle given) { return given.is_valid() && !given.is_none(); }
 
 RobotCall chosen(const Method& method, const Choice& choice, bool many) {
-  RobotCall call{.row = method.row, .many = many, .route = default_word(many)};
-  if (is_given(choice.route)) call.route = text_of(choice.route, "route");
+  RobotCall call{.row = method.row};
+  if (is_given(choice.device)) {
+    if (is_given(choice.route))
+      throw ArgumentError(std::string(method.name) +
+                          ": a route is the processor's; expected route or device, got both");
+    call.device = text_of(choice.device, "device");
+  } else {
+    call.many = many;
+    call.route = is_given(choice.route) ? text_of(choice.route, "route") : default_word(many);
+  }
   if (is_given(choice.frame)) call.frame = text_of(choice.frame, "frame");
   if (is_given(choice.axes)) call.axes = text_of(choice.axes, "axes");
   if (is_given(choice.contacts)) {
@@ -60,8 +68,8 @@ RobotCall chosen(const Method& method, const Choice& choice, bool many) {
 }
 
 bool is_default(const Choice& choice) {
-  return !is_given(choice.route) && !is_given(choice.frame) && !is_given(choice.axes) &&
-         !is_given(choice.contacts);
+  return !is_given(choice.route) && !is_given(choice.device) && !is_given(choice.frame) &&
+         !is_given(choice.axes) && !is_given(choice.contacts);
 }
 
 nb::object named(const Method& method, std::size_t n, const auto& block) {
@@ -80,9 +88,9 @@ std::size_t entries_of(const Robot& robot, const char* input) {
 // Inside a recording: the function becomes part of it.
 nb::object record_call(const Robot& robot, const Method& method, const nb::handle* arguments,
                        const Choice& choice) {
-  if (is_given(choice.route))
-    throw ArgumentError(std::string(method.name) +
-                        ": a route is for numbers; in a recording the function is recorded");
+  if (is_given(choice.route) || is_given(choice.device))
+    throw ArgumentError(std::string(method.name) + ": a " + (is_given(choice.route) ? "route" : "device") +
+                        " is for numbers; in a recording the function is recorded");
   const RobotFunction function = robot.function(chosen(method, choice, false));
   VectorXad state(0);
   for (std::size_t i = 0; i < method.inputs.size(); ++i) {
@@ -133,7 +141,7 @@ std::string result_type(const Method& method, const std::vector<RobotBlock>& out
 std::string signature(const Method& method, const std::vector<RobotBlock>& outputs) {
   std::string text = std::string("def ") + method.name + "(self";
   for (const char* input : method.inputs) text += std::string(", ") + input + ": ArrayLike";
-  text += ", *, route: str | None = None";
+  text += ", *, route: str | None = None, device: str | None = None";
   if (method.has_frame) text += ", frame: str | None = None, axes: str | None = None";
   if (method.has_contacts) text += ", contacts: Sequence[str] | None = None";
   return text + ") -> " + result_type(method, outputs);
@@ -178,7 +186,10 @@ std::string documentation(const Method& method, const RobotFunction& function,
       "code after "
       "some thousand states; \"tape\", the recorded value, interpreted; \"generated\", compiled C";
   if (is_derivative(function)) text += "; \"fd-forward\", \"fd-central\", differences of the value";
-  text += ".  By default \"analytic\" for one state and \"lanes\" for batches.\n";
+  text +=
+      ".  By default \"analytic\" for one state and \"lanes\" for batches.\n"
+      "device: \"opencl:0\", the first of `dyntape.devices()`, in place of a route: for batches of "
+      "thousands.\n";
   if (method.has_frame)
     text +=
         "frame: its name, by default the last.  axes: \"local\", \"world\" or \"aligned\", the world's axes "
@@ -187,7 +198,7 @@ std::string documentation(const Method& method, const RobotFunction& function,
   if (method.has_contacts) text += "contacts: frames whose origins are held, by default that of `frame`.\n";
   return text +
          "\nOf values that are recorded, the function becomes part of the recording.\n"
-         "Raises ArgumentError for wrong shapes and names" +
+         "Raises ArgumentError for wrong shapes and names, ToolError for a device that is not there" +
          (is_forward(function) ? ", NumericalError for a robot without inertia about a joint.\n\n"
                                : ".\n\n") +
          example(method, outputs);
@@ -224,31 +235,34 @@ void define(nb::class_<Robot>& robot, const Method& method, const char* signatur
   if (method.has_contacts) {
     robot.def(
         method.name,
-        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle frame, nb::handle axes,
-            nb::handle contacts) {
+        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle device, nb::handle frame,
+            nb::handle axes, nb::handle contacts) {
           const nb::handle arguments[] = {state...};
-          return call(self, *m, arguments, {route, frame, axes, contacts});
+          return call(self, *m, arguments, {route, device, frame, axes, contacts});
         },
         nb::arg(method.inputs[I])..., nb::kw_only(), nb::arg("route") = nb::none(),
-        nb::arg("frame") = nb::none(), nb::arg("axes") = nb::none(), nb::arg("contacts") = nb::none(), sig,
-        what);
+        nb::arg("device") = nb::none(), nb::arg("frame") = nb::none(), nb::arg("axes") = nb::none(),
+        nb::arg("contacts") = nb::none(), sig, what);
   } else if (method.has_frame) {
     robot.def(
         method.name,
-        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle frame, nb::handle axes) {
+        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle device, nb::handle frame,
+            nb::handle axes) {
           const nb::handle arguments[] = {state...};
-          return call(self, *m, arguments, {route, frame, axes, {}});
+          return call(self, *m, arguments, {route, device, frame, axes, {}});
         },
         nb::arg(method.inputs[I])..., nb::kw_only(), nb::arg("route") = nb::none(),
-        nb::arg("frame") = nb::none(), nb::arg("axes") = nb::none(), sig, what);
+        nb::arg("device") = nb::none(), nb::arg("frame") = nb::none(), nb::arg("axes") = nb::none(), sig,
+        what);
   } else {
     robot.def(
         method.name,
-        [m](const Robot& self, Handle<I>... state, nb::handle route) {
+        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle device) {
           const nb::handle arguments[] = {state...};
-          return call(self, *m, arguments, {route, {}, {}, {}});
+          return call(self, *m, arguments, {route, device, {}, {}, {}});
         },
-        nb::arg(method.inputs[I])..., nb::kw_only(), nb::arg("route") = nb::none(), sig, what);
+        nb::arg(method.inputs[I])..., nb::kw_only(), nb::arg("route") = nb::none(),
+        nb::arg("device") = nb::none(), sig, what);
   }
 }
 

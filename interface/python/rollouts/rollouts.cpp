@@ -148,13 +148,40 @@ void in_parts(const SceneRollout& steps, const Plan& plan, const RolloutPart& pa
   });
 }
 
+void roll_on_device(const PythonScene& self, const Plan& plan, const std::string& device, std::size_t every,
+                    double* states) {
+  if (plan.policy)
+    throw ArgumentError("rollout: policies run on the processor; expected u with a device, got a policy");
+  const std::shared_ptr<const DeviceRollout> rollout = self.steps_on(device);
+  interruptible(true, [&](const std::stop_token& stop) {
+    rollout->run({.worlds = plan.worlds,
+                  .steps = plan.steps,
+                  .every = every,
+                  .x0 = plan.x0.data,
+                  .u = plan.u.data,
+                  .states = states,
+                  .x_stride = plan.x_stride,
+                  .u_stride = plan.u_stride},
+                 stop);
+  });
+}
+
 nb::object rollout(const PythonScene& self, nb::handle x0, nb::handle u, std::optional<std::size_t> n_steps,
-                   std::shared_ptr<const RecordedFunction> policy, nb::handle parameters) {
+                   std::shared_ptr<const RecordedFunction> policy, nb::handle parameters, std::size_t every,
+                   const std::optional<std::string>& device) {
+  if (every == 0) throw ArgumentError("rollout: every is 0, expected 1 or more");
   SceneRollout& steps = self.steps(false);
   const Plan plan = plan_of(steps, {"rollout", x0, u, n_steps, std::move(policy), parameters});
   const auto n_u = static_cast<std::size_t>(steps.n_u());
+  const std::size_t kept = plan.steps / every;
+  Shape shape = shape_of(plan, {steps.n_x()});
+  shape[shape.size() - 2] = static_cast<std::ptrdiff_t>(kept);
   double* states = nullptr;
-  nb::object result = new_array(shape_of(plan, {steps.n_x()}), states);
+  nb::object result = new_array(shape, states);
+  if (device) {
+    roll_on_device(self, plan, *device, every, states);
+    return result;
+  }
   in_parts(steps, plan, [&](std::size_t first, std::size_t count, const std::stop_token& stop) {
     std::vector<double> of_policy(plan.policy ? count * n_u : 0);
     const auto law = [&](long k, const WorldRows& at) {
@@ -163,8 +190,15 @@ nb::object rollout(const PythonScene& self, nb::handle x0, nb::handle u, std::op
       plan.policy->commands(at, of_policy.data());
       return CommandRows{of_policy.data(), n_u};
     };
+    std::vector<double> all(every > 1 ? count * plan.steps * plan.nx : 0);
+    double* const here = states + first * kept * plan.nx;
     steps.run({first, count, plan.start(first), plan.x_stride}, static_cast<long>(plan.steps), law,
-              states + first * plan.steps * plan.nx, stop);
+              every > 1 ? all.data() : here, stop);
+    if (every == 1) return;
+    for (std::size_t k = 0; k < count * kept; ++k) {
+      const std::size_t row = k / kept * plan.steps + (k % kept + 1) * every - 1;
+      std::copy_n(&all[row * plan.nx], plan.nx, here + k * plan.nx);
+    }
   });
   return result;
 }
@@ -289,6 +323,19 @@ SceneRollout& PythonScene::steps(bool with_jacobians) const {
   return *steps;
 }
 
+std::shared_ptr<const DeviceRollout> PythonScene::steps_on(const std::string& device) const {
+  {
+    const std::scoped_lock lock(mutex_);
+    const auto found = on_devices_.find(device);
+    if (found != on_devices_.end()) return found->second;
+  }
+  auto made = left_alone(nb::find(*this), [=, this](const std::stop_token&) {
+    return std::make_shared<const DeviceRollout>(scene, device);
+  });
+  const std::scoped_lock lock(mutex_);
+  return on_devices_.emplace(device, std::move(made)).first->second;
+}
+
 void bind_rollouts(nb::class_<PythonScene>& scene) {
   scene.def_prop_ro(
       "nx", [](const PythonScene& s) { return s.steps(false).n_x(); },
@@ -298,8 +345,10 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
   scene.def(
       "rollout", rollout, nb::arg("x0"), nb::arg("u") = nb::none(), nb::kw_only(),
       nb::arg("steps") = nb::none(), nb::arg("policy") = nb::none(), nb::arg("parameters") = nb::none(),
+      nb::arg("every") = 1, nb::arg("device") = nb::none(),
       nb::sig("def rollout(self, x0: ArrayLike, u: ArrayLike | None = None, *, steps: int | None = None, "
-              "policy: Function | None = None, parameters: ArrayLike | None = None) -> Array"),
+              "policy: Function | None = None, parameters: ArrayLike | None = None, every: int = 1, "
+              "device: str | None = None) -> Array"),
       "Many motions at once: the states after each step, (worlds, steps, nx).\n\n"
       "x0: (worlds, nx), or (nx,) for all.  u: (worlds, steps, nu), or (steps, nu) for all, held over each "
       "step, N m\n"
@@ -307,15 +356,25 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
       "policy: in place of u, a recorded function of the state (nx,), and of parameters (n_p,), that returns "
       "the\n"
       "   commands (nu,) at the beginning of each step.  parameters: (worlds, n_p), or (n_p,) for all.\n"
+      "every: 1 returns all states, `steps` the last one: (worlds, steps // every, nx).\n"
+      "device: \"opencl:0\", the first of `dyntape.devices()`, on which one kernel takes many steps; "
+      "explicit "
+      "schemes and\n"
+      "   compliant contacts, without a policy.  The bits are the same, but for friction (tanh) and "
+      "exponents of "
+      "contacts\n"
+      "   (pow), which are the device's.\n"
       "Without worlds in any of these the result is (steps, nx).  Explicit steps run several worlds to a "
       "register; worlds\n"
       "are shared out among the threads of the process, and none depends on another.  A world that diverges "
       "is NaN from\n"
       "there on.  Ctrl-C stops it.\n\n"
       "Worlds with rigid contacts or hard limits run one by one.\n\n"
-      "Raises ArgumentError for wrong shapes and for a world that starts below its ground, GuardViolation "
-      "where a\n"
-      "policy leaves the branch that was recorded.\n\n"
+      "Raises ArgumentError for wrong shapes, for a world that starts below its ground and for scenes that "
+      "no "
+      "device takes,\n"
+      "ToolError for a device that is not there, GuardViolation where a policy leaves the branch that was "
+      "recorded.\n\n"
       ">>> scene = dyntape.Scene(\"config/scenes/pendulum.info\")\n"
       ">>> f = dyntape.record(lambda x, p: [-p[0] * x[0] - p[1] * x[1]], 2, 2)\n"
       ">>> scene.rollout([[0.1, 0], [0.2, 0]], steps=50, policy=f, parameters=[20, 5]).shape\n"

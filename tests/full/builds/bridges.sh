@@ -9,4 +9,4 @@ compgen -G "$build/python/dyntape/_dyntape.*.so" >/dev/null \
 export PYTHONPATH=$build/python DYNTAPE_CACHE=$build/test_cache
 "$environment/bin/python" "$1/tools/website/notebooks.py" "$build/notebooks_of_bridges" batches_on_jax | grep -q 'run$'
 cd "$build"
-"$environment/bin/python" -m pytest -q -p no:cacheprovider -o faulthandler_timeout=240 -rs "$tests"/bridges/test_{crocoddyl,jax,mujoco,pinocchio,scipy}.py "$tests"/test_{descriptions,quadratic,viewers,workers}.py
+"$environment/bin/python" -m pytest -q -p no:cacheprovider -o faulthandler_timeout=240 -rs "$tests"/bridges/test_{crocoddyl,jax,mujoco,pinocchio,scipy}.py "$tests"/test_{descriptions,quadratic,tensors,viewers,workers}.py

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Many motions of a scene on a device of OpenCL: one kernel takes many steps of thousands of worlds (codegen/device_loop.h).
+//
+//   const Scene scene = read_scene("config/scenes/quadruped_explicit.info");
+//   const DeviceRollout rollout(scene, "opencl:0");                             // records the step, compiles the kernel
+//   std::vector<double> ends(worlds * n_x);
+//   rollout.run({.worlds = worlds, .steps = 500, .every = 500, .x0 = x0, .u = u, .states = ends.data(), .x_stride = n_x});
+//
+// States, commands and steps are those of SceneRollout (scene_rollout.h), and so are the bits, if the step calls none of the
+// elementary functions that are the device's (codegen/device/print_device.h): friction calls tanh, exponents of contacts pow.  If a world has no step, its states are NaN
+// from there on.
+//
+// Errors: those of DeviceLoop.  ArgumentError: rigid contacts or hard limits, an implicit or adaptive scheme.
+#pragma once
+
+#include <stop_token>
+#include <string>
+
+#include <dyntape/codegen/device_loop.h>
+#include <dyntape/interface/files/scene/scene.h>
+
+namespace dyntape {
+
+class DeviceRollout {
+ public:
+  DeviceRollout(const Scene& scene, const std::string& device);
+
+  int n_x() const { return n_x_; }
+  int n_u() const { return n_u_; }
+
+  // Strides are in doubles, from world to world; 0: one row for all.
+  struct Worlds {
+    std::size_t worlds = 0, steps = 0, every = 1;
+    const double* x0 = nullptr;  // (n_x) of each world
+    const double* u = nullptr;   // (steps x n_u) of each world
+    double* states = nullptr;    // (steps / every x n_x) of each world: those after every `every`-th step
+    std::size_t x_stride = 0, u_stride = 0;
+  };
+  void run(const Worlds& all, const std::stop_token& stop = {}) const;
+
+ private:
+  DeviceRollout(const Scene& scene, const System& system, const std::string& device);
+
+  double h_;
+  int n_x_, n_u_;
+  DeviceLoop loop_;
+};
+
+}  // namespace dyntape
