@@ -9,6 +9,7 @@
 #include "edge_cases.h"
 
 namespace dyntape::testing {
+namespace extreme {
 namespace {
 
 using V = VectorXad;
@@ -238,10 +239,14 @@ void add_rounding(Cases& c) {
 }
 
 }  // namespace
+}  // namespace extreme
 
 std::vector<EdgeCase> extreme_cases() {
-  Cases cases;
-  for (auto add : {add_angles, add_powers, add_saturation, add_steps, add_rounding}) add(cases);
+  extreme::Cases cases;
+  for (auto add : {extreme::add_angles, extreme::add_powers, extreme::add_saturation, extreme::add_steps,
+                   extreme::add_rounding}) {
+    add(cases);
+  }
   return cases;
 }
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "interface/run/tied_robots.h"
 #include "run.h"
 
 namespace generated_files_test {
@@ -115,6 +116,20 @@ TEST(GeneratedFiles, KernelsOfDevices) {
   EXPECT_NE(slurp(single["files"][0].get<std::string>()).find("typedef float real"), std::string::npos);
   EXPECT_EQ(with("cuda", {"--embedded"}).status, 2);
   EXPECT_EQ(with("metal").status, 2);
+}
+
+TEST(Generated, ControllersHaveIndependentJointsOnly) {
+  const Scratch scratch;
+  const dyntape::test::Sliders of;
+  std::ofstream(scratch / "tied.urdf") << of.urdf();
+  std::ofstream(scratch / "tied.info")
+      << "robot { urdf tied.urdf  mimic true }\nhorizon { duration 1  intervals 10 }\n"
+         "transcription { scheme runge-kutta-4  dynamics forward  hessian gauss_newton }\nstart { q { a 0 } "
+         "}\ngoal { q { a 1 } }\n"
+         "costs { control 0.1  tracking { q 10  v 1 } }\n";
+  const auto made = run_dyntape({"generate", scratch / "tied.info", "--controller", scratch / "c", "--json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(json::parse(made.out)["states"], 2);
 }
 
 // Of a task: two files that compile by themselves, or a refusal and none.

@@ -88,7 +88,21 @@ Problem TiedJoints::shortened(const Problem& all) const {
     own.use_accelerations(names_at(ties_.v_owners, all.accelerations), residual, own_rows(all.ode));
   }
   own.positions = nq();
+  own.free_time = all.free_time;
+  own.parameters = all.parameters;
   own.u = all.u;
+  if (all.a.lower.size() > 0) own.a = {ties_.own_v(all.a.lower), ties_.own_v(all.a.upper)};
+  Bounds x = all.x;
+  tie_bounds(scene_, x);
+  own.x = {own_x(x.lower), own_x(x.upper)};
+  take_ends(own, all);
+  if (all.guess)
+    own.guess = [guess = all.guess, ties = ties_](double t) {
+      Stage<double> s = guess(t);
+      s.x = own_state(ties, s.x);
+      if (s.a.size() > 0) s.a = ties.own_v(s.a);
+      return s;
+    };
   if (all.typical.size() > 0) own.typical = own_x(all.typical);
   if (all.most_typical.size() > 0) own.most_typical = own_x(all.most_typical);
   if (all.difference) {
@@ -107,16 +121,20 @@ Problem TiedJoints::of_all_joints() const {
   return Problem("", std::vector<std::string>(std::size_t(n)), {}, 1, [](const auto& s) { return s.x; });
 }
 
+void TiedJoints::take_ends(Problem& own, const Problem& all) const {
+  if (!all.start.array().isNaN().all()) own.start = own_x(all.start);
+  if (!all.goal.array().isNaN().all()) own.goal = own_x(all.goal);
+  for (const Term& term : all.terms) {
+    const auto is_of = [&](const auto& rule) { return term.name == "goal of " + rule.joint; };
+    if (std::none_of(scene_.mimics.begin(), scene_.mimics.end(), is_of)) own.add(of_all(term));
+  }
+}
+
 void TiedJoints::set_ends(Problem& problem, const std::function<void(Problem&)>& set) const {
   Problem all = of_all_joints();
   all.start.setConstant(Problem::kFree), all.goal.setConstant(Problem::kFree);
   set(all);
-  if (!all.start.array().isNaN().all()) problem.start = own_x(all.start);
-  if (!all.goal.array().isNaN().all()) problem.goal = own_x(all.goal);
-  for (const Term& term : all.terms) {
-    const auto is_of = [&](const auto& rule) { return term.name == "goal of " + rule.joint; };
-    if (std::none_of(scene_.mimics.begin(), scene_.mimics.end(), is_of)) problem.add(of_all(term));
-  }
+  take_ends(problem, all);
 }
 
 void TiedJoints::set_bounds(Problem& problem, const std::function<void(Problem&)>& set) const {

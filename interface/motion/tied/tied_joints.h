@@ -3,7 +3,7 @@
 // Problems of a robot whose mimic joints follow their leaders: states have the other joints only.
 //
 //   const TiedJoints tied(scene);                                    // with scene.mimics
-//   Problem p = tied.shortened(robot_problem(scene, options));
+//   Problem p = tied.shortened(robot_problem(scene, options));       // and its terms, bounds, ends and guess
 //   p.add(tied.of_all(keep_clear(scene, body, obstacle)));           // a term of the scene's model
 //
 // With q_all = expand(q), v_all = G v (robot_scene.h), a function of the stage of all joints is one of the short
@@ -43,6 +43,8 @@ class TiedJoints {
  private:
   Problem of_all_joints() const;
   Eigen::VectorXd own_x(const Eigen::VectorXd& all) const;
+  // Start and goal, where given, and the terms.
+  void take_ends(Problem& own, const Problem& all) const;
 
   RobotScene scene_;
   Ties ties_;

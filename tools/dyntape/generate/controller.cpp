@@ -10,6 +10,7 @@
 #include <dyntape/interface/control/printed/controller.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/motion/tied/tied_joints.h>
 
 #include "../words.h"
 
@@ -111,7 +112,8 @@ void run_controller(const ControllerCommand& options) {
   how.name = task.name;
   how.iterations = options.iterations;
   how.target_bytes = options.target_bytes;
-  const Problem problem = tracking_problem(task);
+  Problem problem = tracking_problem(task);
+  if (!task.scene.mimics.empty()) problem = TiedJoints(task.scene).shortened(problem);
   how.stack = stack_of(generate_controller(problem, how), options.cross);
   const PrintedController c = generate_controller(problem, how);
   const std::vector<std::string> files = write_source(c.source, options.output);

@@ -5,6 +5,8 @@
 
 #include <numbers>
 
+#include <dyntape/interface/control/solve/solve.h>
+#include <dyntape/interface/motion/tied/tied_joints.h>
 #include <dyntape/interface/run/mpc/mpc_task.h>
 #include <dyntape/interface/run/solve/solve.h>
 
@@ -71,6 +73,25 @@ TEST_F(MimicTasks, PendulumsSwingToTheirGoal) {
     expect_tied(task, report.solution.motion, of.ratio, of.offset);
   }
   EXPECT_NEAR(costs[0], costs[1], 1e-3 * costs[0]);
+}
+
+TEST_F(MimicTasks, ShortProblemsHaveTheSameOptimum) {
+  Pendulums of;
+  for (const char* more : {"", "waypoints { waypoint turn { at 0.5  q { a 0.4 } } }\n"}) {
+    put(of.urdf(), "horizon { duration 1.5  intervals 30 }\ncosts { control 1 }\nbounds { velocities 4 }\n" +
+                       std::string(more) + ends("0", "2"));
+    const Task task = read();
+    const SolveReport report = solve_task(task);
+    ASSERT_TRUE(report.success()) << report.text();
+    const Problem own = TiedJoints(task.scene).shortened(task.problem);
+    EXPECT_EQ(own.states, (std::vector<std::string>{"q.a", "v.a"}));
+    SolveOptions options;
+    options.mesh = task.optimise.mesh;
+    const Solution s = solve(own, options);
+    ASSERT_TRUE(s.success());
+    EXPECT_NEAR(s.cost(), report.solution.cost(), 1e-3 * s.cost());
+    EXPECT_LE(s.motion.x.row(1).maxCoeff(), std::min(4.0, 4 / of.ratio) + 1e-6);
+  }
 }
 
 TEST_F(MimicTasks, WaypointsAreOfTheLeaders) {
