@@ -28,8 +28,11 @@ TEST(Formulas, HaveBracketsWherePrecedenceNeedsThem) {
   EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return x / (x + y); }), "[z_{0} = \\frac{x}{x + y}]\n");
   EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return x - sin(y); }),
             "[z_{0} = x - sin\\left(y\\right)]\n");
-  EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return sqrt(x) * (x - y); }),
-            "[z_{0} = \\left(x - y\\right) \\cdot \\sqrt{x}]\n");
+  const auto product = [](const AD& x, const AD& y) {
+    const AD difference = x - y;  // first: the order of two operands is the compiler's
+    return sqrt(x) * difference;
+  };
+  EXPECT_EQ(latex_of(product), "[z_{0} = \\left(x - y\\right) \\cdot \\sqrt{x}]\n");
   EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return -3 * x / (y * 0.5); }),
             "[z_{0} = \\frac{\\left(-3\\right) \\cdot x}{0.5 \\cdot y}]\n");
   EXPECT_EQ(latex_of([](const AD& x, const AD& y) { return pow(x - y, y + 0.5); }),

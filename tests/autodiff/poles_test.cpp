@@ -203,8 +203,9 @@ TEST_P(Poles, OfCalledFunctionsAreThoseOfInlinedOnes) {
     for (int place = 0; place < info(outer).arity; ++place) {
       Maker called, inlined;
       const NodeId x = called.variable(), y = inlined.variable();
-      const Sheet a(called, called.apply(outer, called.apply_called(GetParam(), x, 0), place));
-      const Sheet b(inlined, inlined.apply(outer, inlined.apply(GetParam(), y, 0), place));
+      const NodeId u = called.apply(outer, called.apply_called(GetParam(), x, 0), place),
+                   v = inlined.apply(outer, inlined.apply(GetParam(), y, 0), place);
+      const Sheet a(called, u), b(inlined, v);
       for (const Values& at : points(a.n_x(), random)) {
         EXPECT_EQ(a.wrong(at), "") << info(outer).name << " of a call of " << info(GetParam()).name
                                    << text(at);

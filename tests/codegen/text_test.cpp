@@ -37,10 +37,14 @@ Function cart_pole() {
   return record(
       "cart pole", 4, 2,
       [](const VectorXad& x, const VectorXad& p) {
-        const AD s = sin(x[1]), c = cos(x[1]), m = p[0], l = p[1];
+        // Operands that are results have names: which of two is recorded first is the compiler's choice.
+        const AD s = sin(x[1]), c = cos(x[1]), m = p[0], l = p[1], part = m * s, inertia = 1.0 + part * s;
+        const AD turn = l * x[2] * x[2], weight = 9.81 * c, inward = turn + weight;
+        const AD push = x[3] * c, swing = m * turn * c * s, fall = (1.0 + m) * 9.81 * s;
+        const AD sum = -push - swing - fall, lever = l * inertia, outward = part * inward;
         VectorXad y(2);
-        y[0] = (x[3] + m * s * (l * x[2] * x[2] + 9.81 * c)) / (1.0 + m * s * s);
-        y[1] = (-(x[3] * c) - m * l * x[2] * x[2] * c * s - (1.0 + m) * 9.81 * s) / (l * (1.0 + m * s * s));
+        y[0] = (x[3] + outward) / inertia;
+        y[1] = sum / lever;
         return y;
       },
       options);
@@ -172,10 +176,6 @@ TEST(Text, DoesNotDependOnTheLocale) {
 }
 
 TEST(Text, GoldenFile) {
-#if defined(__aarch64__)
-  GTEST_SKIP()
-      << "gcc for aarch64 records the operands of a * b - c * d in the other order, so the text differs";
-#endif
   const codegen::Source source = generate_source(cart_pole(), with_order(Order::kSecond));
   for (const auto& [suffix, text] : {std::pair(".c", &source.text), std::pair(".h", &source.header)}) {
     const std::string path = test::source_folder() + "/tests/golden/" + source.name + suffix;

@@ -9,7 +9,8 @@ units=$scratch/units.cpp
   for part in inverse_dynamics forward_dynamics derivatives kinematics; do echo "#include <dyntape/dynamics/algorithms/detail/$part.hxx>"; done
   for part in INVERSE_DYNAMICS FORWARD_DYNAMICS DERIVATIVES KINEMATICS; do echo "DYNTAPE_INSTANTIATE_$part(double)"; done
 } >"$units"
-sources=("$units" "$source/tests/full/processors/aarch64.cpp" "$source"/dynamics/model/{model,checks,tree_shape}.cpp "$source/autodiff/eigen_layout.cpp")
+sources=("$units" "$source/tests/full/processors/aarch64.cpp" "$source"/dynamics/model/{model,checks,tree_shape}.cpp
+  "$source"/autodiff/{eigen_layout,own_sines,own_sines_in_lanes}.cpp)
 for unit in "${sources[@]}"; do
   aarch64-linux-gnu-g++ -std=c++20 -O2 -Wno-psabi -ffp-contract=off -fno-tree-slp-vectorize -I"$build/include" -isystem /usr/include/eigen3 \
     -c "$unit" -o "$scratch/$(basename "$unit").o" &

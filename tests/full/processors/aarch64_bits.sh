@@ -7,7 +7,7 @@ cross_build "$source" "$3" same_bits encoder_tests
 
 emulated "$cross/bin/encoder_tests" --gtest_brief=1 >"$scratch/log" 2>&1 || { tail -n 40 "$scratch/log"; exit 1; }
 grep -q PASSED "$scratch/log" && ! grep -q SKIPPED "$scratch/log" || { cat "$scratch/log"; exit 1; }
-since "$(sed -n 's/.*PASSED. *\([0-9]*\) tests.*/\1/p' "$scratch/log") tests of machine code pass"
+since "$(tests_of PASSED "$scratch/log") tests of machine code pass"
 
 # Hessians are of recordings, whose order is that in which a compiler evaluates arguments; gcc's differs between the two processors.
 robots=("$source"/config/robots/*.urdf)

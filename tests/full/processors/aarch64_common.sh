@@ -1,5 +1,6 @@
 # Sourced by aarch64*.sh: how dyntape is compiled for aarch64 on another processor, and run there by qemu.
 #   skip REASON, needs PROGRAM..., since WHAT, quietly COMMAND...    $scratch: a folder that is removed at the end
+#   tests_of PASSED LOG...                                           how many tests the logs of gtest count as passed
 #   cross_build SOURCE_DIR BUILD_DIR TARGET...                       into BUILD_DIR/aarch64, which is $cross afterwards
 #   emulated PROGRAM ...                                             a program of $cross, whose compilers are those for aarch64
 set -euo pipefail
@@ -14,6 +15,7 @@ needs() {
 }
 since() { echo "$name: $1 in $((SECONDS - start)) s"; start=$SECONDS; }
 quietly() { "$@" >"$scratch/log" 2>&1 || { tail -n 60 "$scratch/log" >&2; exit 1; }; }
+tests_of() { local kind=$1; shift; sed -n "s/^\[ *$kind *\] \([0-9]*\) test.*/\1/p" "$@" | awk '{ n += $1 } END { print n + 0 }'; }
 
 cross_build() {
   local source=$1 compiler

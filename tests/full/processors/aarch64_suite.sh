@@ -16,7 +16,6 @@ failed=0
 for shard in 0 1; do
   wait "${processes[shard]}" && grep -q '^\[  PASSED  \]' "$scratch/log.$shard" || { failed=1; grep -A 12 ': Failure$' "$scratch/log.$shard"; tail -n 12 "$scratch/log.$shard"; }
 done
-sum() { sed -n "s/^\[ *$1 *\] \([0-9]*\) test.*/\1/p" "$scratch"/log.? | awk '{ n += $1 } END { print n + 0 }'; }
 grep -hA1 ': Skipped$' "$scratch"/log.? | grep -v ': Skipped$\|^--$' | sort | uniq -c || true
-since "$(sum PASSED) tests pass, $(sum SKIPPED) skip themselves"
+since "$(tests_of PASSED "$scratch"/log.?) tests pass, $(tests_of SKIPPED "$scratch"/log.?) skip themselves"
 exit $failed
