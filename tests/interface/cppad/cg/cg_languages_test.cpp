@@ -11,13 +11,14 @@
 #include <sstream>
 #include <valarray>
 
+#include "interface/cppad/cg/library.h"
 #include "interface/cppad/programs.h"
 
 namespace cg_languages_test {
 namespace {
 
 using namespace CppAD::cg;
-using CGD = CG<double>;
+using cg_tests::CGD;
 using ADCG = AD<CGD>;
 
 // A handler with two variables, and text() of results of them.
@@ -152,27 +153,14 @@ TEST(CppadCgSparse, ValueJacobianAndHessianInOneCall) {
 }
 
 // y0 = x0 x1, y1 = 3 x1
-struct Model {
-  Model() {
-    std::vector<ADCG> x(2), y(2);
-    x[0] = 1.0, x[1] = 1.0;
-    Independent(x);
-    y[0] = x[0] * x[1];
-    y[1] = 3.0 * x[1];
-    ADFun<CGD> f(x, y);
-    ModelCSourceGen<double> source(f, "of_any_vector");
-    source.setCreateJacobian(true), source.setCreateHessian(true);
-    source.setCreateSparseJacobian(true), source.setCreateSparseHessian(true);
-    source.setCreateForwardOne(true), source.setCreateReverseOne(true), source.setCreateReverseTwo(true);
-    ModelLibraryCSourceGen<double> sources(source);
-    DynamicModelLibraryProcessor<double> processor(sources);
-    GccCompiler<double> compiler;
-    library = processor.createDynamicLibrary(compiler);
-    model = library->model("of_any_vector");
-  }
-  std::unique_ptr<DynamicLib<double>> library;
-  std::unique_ptr<GenericModel<double>> model;
-};
+std::unique_ptr<ADFun<CGD>> product() {
+  std::vector<ADCG> x(2), y(2);
+  x[0] = 1.0, x[1] = 1.0;
+  Independent(x);
+  y[0] = x[0] * x[1];
+  y[1] = 3.0 * x[1];
+  return std::make_unique<ADFun<CGD>>(x, y);
+}
 
 template <class Vector>
 Vector vector_of(std::initializer_list<double> values) {
@@ -189,7 +177,7 @@ void expect_entries(const Vector& v, const std::vector<double>& expected) {
 
 template <class Vector>
 void expect_calls() {
-  const Model m;
+  const cg_tests::Library m(product());
   const auto of = [](std::initializer_list<double> values) { return vector_of<Vector>(values); };
   const Vector x = of({2, 5}), w = of({10, 1});
   expect_entries(m.model->ForwardZero(x), {10, 15});
@@ -221,7 +209,7 @@ TEST(CppadCgModels, TakeVectorsOfAnyClass) {
 }
 
 TEST(CppadCgModels, RefuseArraysOfOtherSizes) {
-  const Model m;
+  const cg_tests::Library m(product());
   std::vector<double> x{2, 5}, three(3), four(4);
   const auto sentence = [&](const std::function<void()>& call) {
     return sentence_of<dyntape::ArgumentError>(call);

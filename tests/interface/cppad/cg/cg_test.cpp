@@ -7,12 +7,14 @@
 #include <sstream>
 #include <thread>
 
+#include "interface/cppad/cg/library.h"
 #include "interface/cppad/programs.h"
 
 namespace {
 
 using namespace CppAD::cg;
-using CGD = CG<double>;
+using cg_tests::CGD;
+using cg_tests::Library;
 using ADCG = AD<CGD>;
 
 // y0 = x0 / 2 + x1^2, y1 = sin(x0) x2
@@ -27,33 +29,8 @@ std::unique_ptr<ADFun<CGD>> example() {
 const std::vector<double> kAt{0.5, 2, 3};
 const double kSin = std::sin(0.5), kCos = std::cos(0.5);
 
-struct Library {
-  explicit Library(const std::function<void(ModelCSourceGen<double>&)>& choose)
-      : f(example()), source(*f, "model") {
-    choose(source);
-    ModelLibraryCSourceGen<double> sources(source);
-    DynamicModelLibraryProcessor<double> processor(sources);
-    GccCompiler<double> compiler;
-    library = processor.createDynamicLibrary(compiler);
-    model = library->model("model");
-  }
-  std::unique_ptr<ADFun<CGD>> f;
-  ModelCSourceGen<double> source;
-  std::unique_ptr<DynamicLib<double>> library;
-  std::unique_ptr<GenericModel<double>> model;
-};
-void everything(ModelCSourceGen<double>& source) {
-  source.setCreateJacobian(true);
-  source.setCreateHessian(true);
-  source.setCreateSparseJacobian(true);
-  source.setCreateSparseHessian(true);
-  source.setCreateForwardOne(true);
-  source.setCreateReverseOne(true);
-  source.setCreateReverseTwo(true);
-}
-
 TEST(CppadCg, ForwardZero) {
-  const Library l([](auto&) {});
+  const Library l(example(), [](auto&) {});
   EXPECT_EQ(l.model->ForwardZero(kAt), (std::vector<double>{4.25, kSin * 3}));
   std::vector<double> y(2);
   l.model->ForwardZero(kAt, y);
@@ -65,18 +42,18 @@ TEST(CppadCg, ForwardZero) {
 }
 
 TEST(CppadCg, DenseJacobian) {
-  const Library l(everything);
+  const Library l(example());
   expect_near(l.model->Jacobian(DVector{0.5, 2, 3}), {0.5, 4, 0, kCos * 3, 0, kSin});
 }
 
 TEST(CppadCg, DenseHessian) {
-  const Library l(everything);
+  const Library l(example());
   expect_near(l.model->Hessian(DVector{0.5, 2, 3}, DVector{1, 1}), {-kSin * 3, 0, kCos, 0, 2, 0, kCos, 0, 0});
   expect_near(l.model->Hessian(DVector{0.5, 2, 3}, std::size_t(0)), {0, 0, 0, 0, 2, 0, 0, 0, 0});
 }
 
 TEST(CppadCg, SparseJacobian) {
-  const Library l(everything);
+  const Library l(example());
   std::vector<double> values;
   std::vector<std::size_t> row, col;
   l.model->SparseJacobian(kAt, values, row, col);
@@ -87,7 +64,7 @@ TEST(CppadCg, SparseJacobian) {
 }
 
 TEST(CppadCg, SparseJacobianIntoViews) {
-  const Library l(everything);
+  const Library l(example());
   std::vector<double> values(4);
   const std::size_t *row, *col;
   l.model->SparseJacobian(ArrayView<const double>(kAt), ArrayView<double>(values), &row, &col);
@@ -97,7 +74,7 @@ TEST(CppadCg, SparseJacobianIntoViews) {
 }
 
 TEST(CppadCg, SparseHessianHasBothTriangles) {
-  const Library l(everything);
+  const Library l(example());
   std::vector<double> values;
   std::vector<std::size_t> row, col;
   l.model->SparseHessian(kAt, std::vector<double>{1, 1}, values, row, col);
@@ -107,7 +84,7 @@ TEST(CppadCg, SparseHessianHasBothTriangles) {
 }
 
 TEST(CppadCg, CustomElements) {
-  const Library l([](ModelCSourceGen<double>& source) {
+  const Library l(example(), [](ModelCSourceGen<double>& source) {
     everything(source);
     source.setCustomSparseJacobianElements(std::vector<std::size_t>{1, 0, 0},
                                            std::vector<std::size_t>{2, 1, 2});
@@ -123,18 +100,18 @@ TEST(CppadCg, CustomElements) {
 }
 
 TEST(CppadCg, ForwardOne) {
-  const Library l(everything);
+  const Library l(example());
   expect_near(l.model->ForwardOne(DVector{0.5, 1, 2, 0, 3, 10}), {0.5, kCos * 3 + 10 * kSin});
 }
 
 TEST(CppadCg, ReverseOne) {
-  const Library l(everything);
+  const Library l(example());
   expect_near(l.model->ReverseOne(DVector{0.5, 2, 3}, DVector{4.25, kSin * 3}, DVector{2, 10}),
               {1 + 30 * kCos, 8, 10 * kSin});
 }
 
 TEST(CppadCg, ReverseTwoAsTheInterpreterDoes) {
-  const Library l(everything);
+  const Library l(example());
   ADFun<double> f = recorded({1, 1, 1}, [](const AVector& x) -> std::vector<ADouble> {
     return {x[0] / 2.0 + x[1] * x[1], sin(x[0]) * x[2]};
   });
@@ -145,7 +122,7 @@ TEST(CppadCg, ReverseTwoAsTheInterpreterDoes) {
 }
 
 TEST(CppadCg, Patterns) {
-  const Library l(everything);
+  const Library l(example());
   EXPECT_EQ(l.model->JacobianSparsitySet(), (std::vector<std::set<std::size_t>>{{0, 1}, {0, 2}}));
   EXPECT_EQ(l.model->HessianSparsitySet(), (std::vector<std::set<std::size_t>>{{0, 2}, {1}, {0}}));
   EXPECT_EQ(l.model->JacobianSparsityBool(), (std::vector<bool>{true, true, false, true, false, true}));
@@ -155,7 +132,7 @@ TEST(CppadCg, Patterns) {
 }
 
 TEST(CppadCg, WhatWasNotCreatedIsSaid) {
-  const Library l([](auto&) {});
+  const Library l(example(), [](auto&) {});
   EXPECT_FALSE(l.model->isJacobianAvailable());
   EXPECT_TRUE(l.model->isForwardZeroAvailable());
   const std::string sentence = sentence_of<dyntape::ArgumentError>([&] { l.model->Jacobian(kAt); });
@@ -199,7 +176,7 @@ TEST(CppadCg, SourcesAreSaved) {
 }
 
 TEST(CppadCg, OptionsThatTuneAreTaken) {
-  const Library l([](ModelCSourceGen<double>& source) {
+  const Library l(example(), [](ModelCSourceGen<double>& source) {
     everything(source);
     source.setJacobianADMode(JacobianADMode::Reverse);
     source.setParameterPrecision(17);
@@ -260,7 +237,7 @@ TEST(CppadCg, NoNanFromWhatIsNotTaken) {
 }
 
 TEST(CppadCg, ThreadsShareAModel) {
-  const Library l(everything);
+  const Library l(example());
   std::vector<std::thread> threads;
   std::vector<int> right(4, 0);
   for (std::size_t t = 0; t < 4; ++t) {
