@@ -14,6 +14,7 @@ namespace {
 
 using namespace CppAD::cg;
 using cg_tests::CGD;
+using cg_tests::everything;
 using cg_tests::Library;
 using ADCG = AD<CGD>;
 
