@@ -49,11 +49,11 @@ std::shared_ptr<DdpSolution> solve_ddp(const PythonProblem& p, int intervals, co
   DdpOptions options = ddp_options(intervals, hessian, tolerance, max_iterations, verify, sensitivities);
   warn_of_unmet_demands(p);
   try {
-    return watched(progress, [&](const Watch& watch) {
+    return left_alone(nb::none(), progress, [problem = p.problem, options](const Watch& watch) mutable {
       options.stop = options.evaluation.stop = watch.stop;
       if (watch.tell)
         options.watch = [&](const DdpIteration& now) { watch.tell("cost " + io::with_digits(now.cost, 6)); };
-      return std::make_shared<DdpSolution>(solve_with_ddp(p.problem, options));
+      return std::make_shared<DdpSolution>(solve_with_ddp(problem, options));
     });
   } catch (const NumericalError& error) {
     throw_with_line(p, error);

@@ -11,6 +11,7 @@
 //
 //   interruptible(is_long, [&](const std::stop_token& stop) { ... });    // a batch: short ones run in the calling thread
 //   left_alone(owner, [copies](const std::stop_token& stop) { ... });     // work that cannot end within a tenth of a second
+//   left_alone(owner, progress, [copies](const Watch& watch) { ... });
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -19,6 +20,7 @@
 #include <chrono>
 #include <functional>
 #include <future>
+#include <memory>
 #include <mutex>
 #include <stop_token>
 #include <string>
@@ -81,6 +83,26 @@ class Listener {
   bool is_line_ = false;
 };
 
+// Waits for work in another thread: hands on what it says, and calls on_interrupt before it raises.
+template <class Result, class End>
+void await(std::future<Result>& result, const Listener& listener, LatestWord& latest,
+           const End& on_interrupt) {
+  std::string word;
+  try {
+    for (bool is_done = false; !is_done;) {
+      {
+        const nb::gil_scoped_release unlocked;
+        is_done = result.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready;
+      }
+      if (PyErr_CheckSignals() != 0) nb::raise_python_error();
+      if (latest.take(word)) listener(word);  // the last one too
+    }
+  } catch (...) {
+    on_interrupt();
+    throw;
+  }
+}
+
 template <class Work>
 auto watched(nb::handle progress, const Work& work) {
   const Listener listener(progress);
@@ -89,23 +111,11 @@ auto watched(nb::handle progress, const Work& work) {
   Watch watch{stop.get_token(), {}};
   if (listener.listens()) watch.tell = [&](const std::string& word) { latest.say(word); };
   auto result = std::async(std::launch::async, [&] { return work(watch); });
-  const auto is_done = [&] {
-    const nb::gil_scoped_release unlocked;
-    return result.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready;
-  };
-  try {
-    std::string word;
-    for (bool done = false; !done;) {
-      done = is_done();
-      if (PyErr_CheckSignals() != 0) nb::raise_python_error();
-      if (latest.take(word)) listener(word);  // the last one too
-    }
-  } catch (...) {  // the work refers to what is here: it ends before this does
+  await(result, listener, latest, [&] {  // the work refers to what is here: it ends before this does
     stop.request_stop();
     const nb::gil_scoped_release unlocked;
     result.wait();
-    throw;
-  }
+  });
   return result.get();
 }
 
@@ -124,25 +134,27 @@ void keep_until_done(nb::object owner, std::function<bool(std::chrono::milliseco
 // Runs work that does not look at `stop` often enough.  Ctrl-C asks it to stop and raises KeyboardInterrupt at once; the work
 // goes on by itself, and what it finds is dropped.  The work owns what it uses, or `owner` does; it runs without the lock.
 template <class Work>
-auto left_alone(nb::object owner, Work work) {
+auto left_alone(nb::object owner, nb::handle progress, Work work) {
+  const Listener listener(progress);
   std::stop_source stop;
-  auto result = std::async(std::launch::async, [work = std::move(work), token = stop.get_token()]() mutable {
-    return work(token);
-  });
-  while (true) {
-    {
-      const nb::gil_scoped_release unlocked;
-      if (result.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready) break;
-    }
-    if (PyErr_CheckSignals() == 0) continue;
-    nb::python_error raised;
+  const auto latest = std::make_shared<LatestWord>();
+  Watch watch{stop.get_token(), {}};
+  if (listener.listens()) watch.tell = [latest](const std::string& word) { latest->say(word); };
+  auto result =
+      std::async(std::launch::async, [work = std::move(work), watch]() mutable { return work(watch); });
+  await(result, listener, *latest, [&] {
     stop.request_stop();
     keep_until_done(std::move(owner), [left = result.share()](std::chrono::milliseconds patience) {
       return left.wait_for(patience) == std::future_status::ready;
     });
-    throw raised;
-  }
+  });
   return result.get();
+}
+
+template <class Work>
+auto left_alone(nb::object owner, Work work) {
+  return left_alone(std::move(owner), nb::none(),
+                    [work = std::move(work)](const Watch& watch) mutable { return work(watch.stop); });
 }
 
 }  // namespace dyntape::python

@@ -205,7 +205,21 @@ LONG = """
 motion = dyntape.simulate(config + "/scenes/quadruped_explicit.info", set={"simulation.duration": 5})
 """
 
+CHAIN = """
+n = 24
+def rate(s):
+    x = s.x
+    for _ in range({depth}):
+        x = np.sin(x) * np.roll(x, 1) + s.u[0]
+    return x
+problem = dyntape.Problem("chain", [f"x{{i}}" for i in range(n)], ["u"], 1.0, rate)
+problem.add_squares("effort", lambda s: np.concatenate([s.x, s.u]))
+problem.start = np.linspace(0.1, 1, n)
+"""
+
 CALLS = {
+    "solve": (CHAIN.format(depth=60), "problem.solve(intervals=200)"),
+    "solve_ddp": (CHAIN.format(depth=60), "problem.solve_ddp(intervals=1000, tolerance=1e-300)"),
     "derivation": (FUNCTION.replace("3000", "30_000"), "f.hessian(x[0], weights=x[0])"),
     "machine code": (FUNCTION.replace("3000", "30_000"), "f.compile(route='machine-code')"),
     "identify": (MEASURED, "robot.identify(q, q, q, q)"),

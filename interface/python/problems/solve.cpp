@@ -53,7 +53,7 @@ std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p,
   Problem problem = p->problem;
   Solution solution;
   try {
-    solution = watched(progress, [&](const Watch& watch) {
+    solution = left_alone(nb::none(), progress, [problem, options](const Watch& watch) mutable {
       options.solver.stop = options.mesh.evaluation.stop = watch.stop;
       if (watch.tell) options.solver.watch = [&](const IterationRecord& now) { watch.tell(words_of(now)); };
       return solve(problem, options);
