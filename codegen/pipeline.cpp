@@ -15,11 +15,12 @@ namespace dyntape {
 namespace {
 
 // For another target, where no call takes several values: nothing is brought together.
-codegen::KernelSets planned_alone(codegen::Product& product, CodegenOptions options) {
+codegen::KernelSets planned_alone(codegen::Product& product, CodegenOptions options,
+                                  codegen::StatementOrder order = codegen::StatementOrder::kRecorded) {
   const Functions functions = std::exchange(options.functions, Functions::kLibm);
   auto derived = codegen::derive(product, options);
   codegen::KernelSets sets =
-      codegen::plan(product, std::move(derived), content_hash(product.function), options, false);
+      codegen::plan(product, std::move(derived), content_hash(product.function), options, false, order);
   sets.functions = functions;
   return sets;
 }
@@ -66,7 +67,7 @@ codegen::DeviceSource generate_device(const Function& recorded, const CodegenOpt
   codegen::Product product = codegen::begin(recorded);
   CodegenOptions longer = options;
   longer.piece_statements = how.piece_statements;
-  return codegen::print_device(planned_alone(product, longer), how);
+  return codegen::print_device(planned_alone(product, longer, codegen::StatementOrder::kFewLive), how);
 }
 
 codegen::Source generate_casadi(const Function& recorded, const codegen::CasadiBlocks& blocks,

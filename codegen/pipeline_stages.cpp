@@ -33,14 +33,14 @@ std::vector<Derivatives> derive_all(const Function& function, const CodegenOptio
 // Repeated parts as functions fit the cache, and cost a tenth more instructions: several lanes spend those, one
 // state is limited by instruction fetch (docs/architecture.md).
 std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, const CodegenOptions& options,
-                                     bool outlines) {
+                                     bool outlines, StatementOrder order) {
   std::vector<KernelPlan> plans;
   for (Derivatives& d : derivatives) {
     std::vector<OutputRange> groups = {{0, d.n_y}};
     if (d.order >= Order::kFirst) groups.push_back({d.n_y, d.n_y + d.jacobian.nnz()});
     if (d.order >= Order::kSecond) groups.push_back({groups.back().end, d.function.n_y()});
     if (outlines) d.function = outlined(d.function);
-    Schedule s = schedule(d.function, groups, options.piece_statements, options.functions);
+    Schedule s = schedule(d.function, groups, options.piece_statements, options.functions, order);
     plans.push_back({std::move(d), std::move(s)});
   }
   return plans;
@@ -104,10 +104,10 @@ std::vector<Derivatives> derive(Product& product, const CodegenOptions& options)
 }
 
 KernelSets plan(Product& product, std::vector<Derivatives> derived, const std::string& content,
-                const CodegenOptions& options, bool outlines) {
+                const CodegenOptions& options, bool outlines, StatementOrder order) {
   const Function& f = product.function;
-  auto plans =
-      timed(product.timings.schedule, [&] { return schedule_all(std::move(derived), options, outlines); });
+  auto plans = timed(product.timings.schedule,
+                     [&] { return schedule_all(std::move(derived), options, outlines, order); });
   Dump(f.name).schedules(plans);
   return {f,
           options.label.empty() ? f.name : options.label,

@@ -49,7 +49,8 @@ std::vector<Derivatives> derive(Product& product, const CodegenOptions& options)
 
 // The first half of print(): the schedules; `outlines`: repeated parts as functions.
 KernelSets plan(Product& product, std::vector<Derivatives> derived, const std::string& content,
-                const CodegenOptions& options, bool outlines);
+                const CodegenOptions& options, bool outlines,
+                StatementOrder order = StatementOrder::kRecorded);
 
 // `content`: the hash of the function.
 Source print(Product& product, std::vector<Derivatives> derived, const std::string& content,

@@ -29,9 +29,11 @@ class BodyPrinter {
     if (!schedule_.calls.empty()) find_read();
     if (style_.dialect.lanes || style_.dialect.device) find_pairs();
     if (style_.dialect.lanes && style_.dialect.functions != Functions::kLibm) find_teams();
-    print_inputs();
+    if (!style_.dialect.device) print_inputs();
+    print_loads();
     for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
       print_heading(i);
+      if (style_.dialect.device) print_inputs_of(schedule_.steps[i]);
       print(schedule_.steps[i]);
     }
   }
@@ -135,21 +137,37 @@ class BodyPrinter {
 
   void print_inputs() {
     for (int block = 0; block < kBlocks; ++block) {
-      const auto& names = function_.input_names[block];
       if (!piece_.inputs[block].empty()) heading("inputs: " + style_.inputs[block]);
-      for (std::uint32_t index : piece_.inputs[block]) {
-        text_ += "  const real ";
-        text_ += kBlockLetter[block];
-        append_integer(text_, index);
-        const bool fills = style_.constant_parameters && block == static_cast<int>(Block::kParameters);
-        text_ += fills ? " = DT_ALL(" : " = ";
-        print(style_.inputs[block] + "[", index);
-        text_ += style_.read.stride;
-        text_ += fills ? "]);" : "];";
-        if (index < names.size() && !names[index].empty()) text_ += " /* " + c_comment(names[index]) + " */";
-        text_ += '\n';
-      }
+      for (std::uint32_t index : piece_.inputs[block]) print_input(block, index);
     }
+  }
+
+  void print_input(int block, std::uint32_t index) {
+    const auto& names = function_.input_names[block];
+    text_ += "  const real ";
+    text_ += kBlockLetter[block];
+    append_integer(text_, index);
+    const bool fills = style_.constant_parameters && block == static_cast<int>(Block::kParameters);
+    text_ += fills ? " = DT_ALL(" : " = ";
+    print(style_.inputs[block] + "[", index);
+    text_ += style_.read.stride;
+    text_ += fills ? "]);" : "];";
+    if (index < names.size() && !names[index].empty()) text_ += " /* " + c_comment(names[index]) + " */";
+    text_ += '\n';
+  }
+
+  // For a device an input is read where it is used first.
+  void print_inputs_of(const Step& step) {
+    const auto read = [&](NodeId a) {
+      const Node& node = graph_[a];
+      if (node.op == Op::Input && inputs_.insert(a).second) print_input(node.a, node.b);
+    };
+    if (step.kind == Step::Kind::kStore) return read(function_.outputs[step.index]);
+    if (step.kind == Step::Kind::kCheck) return read(function_.guards[step.index].condition);
+    if (graph_[step.index].op != Op::Result) graph_.for_each_argument(step.index, read);
+  }
+
+  void print_loads() {
     if (!piece_.loads.empty()) heading("from earlier pieces");
     for (const Crossing& load : piece_.loads) {
       print_name("  const real ", load.node);
@@ -365,7 +383,8 @@ class BodyPrinter {
   const Schedule& schedule_;
   const Piece& piece_;
   const BodyStyle& style_;
-  std::unordered_set<NodeId> read_;  // where there are long calls
+  std::unordered_set<NodeId> read_;    // where there are long calls
+  std::unordered_set<NodeId> inputs_;  // of a device: those that are printed
   std::unordered_map<NodeId, NodeId> pairs_;
   std::unordered_set<NodeId> seconds_;                     // of the pairs
   std::unordered_map<NodeId, std::vector<NodeId>> teams_;  // arguments, by the first call

@@ -91,7 +91,8 @@ void PieceFunctions::add_callee(const Callee& callee) {
   if (!kernel) {
     const Function& function = *callee.recorded()->function;
     const std::vector<OutputArray> outputs = outputs_of_part(callee);
-    const Schedule s = schedule(function, {{0, function.n_y()}}, piece_statements_, dialect_.functions);
+    const Schedule s = schedule(function, {{0, function.n_y()}}, piece_statements_, dialect_.functions,
+                                dialect_.device ? StatementOrder::kFewLive : StatementOrder::kRecorded);
     const BodyStyle style{{"in", "constants", ""}, outputs, texts_, dialect_, callee.is_part()};
     if (function.n_p()) {
       parameters += ", const double* constants";

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 
+#include <dyntape/codegen/schedule/few_live.h>
 #include <dyntape/codegen/schedule/gather.h>
 
 namespace dyntape::codegen {
@@ -56,10 +57,11 @@ bool is_result_of_long_call(const Schedule& s, const Node& node) {
 class Ordering {
  public:
   Ordering(const Function& function, const std::vector<OutputRange>& groups, Functions functions,
-           Schedule& schedule)
+           StatementOrder order, Schedule& schedule)
       : function_(function),
         groups_(groups),
         functions_(functions),
+        order_(order),
         schedule_(schedule),
         mask_(groups_of_nodes(function, groups)),
         outputs_(function.graph.size(), function.outputs),
@@ -75,7 +77,10 @@ class Ordering {
     for (std::size_t section = 0; section < computed.size(); ++section) {
       const std::size_t begin = schedule_.steps.size();
       add_leaf_outputs(section);
-      computed[section] = gather_calls(function_.graph, computed[section], functions_);
+      if (order_ == StatementOrder::kFewLive)
+        computed[section] = with_few_live(function_, computed[section]);
+      else
+        computed[section] = gather_calls(function_.graph, computed[section], functions_);
       for (NodeId id : computed[section]) add_node(id);
       const std::size_t end = schedule_.steps.size();
       if (end > begin) schedule_.sections.push_back({static_cast<int>(section) - 1, begin, end});
@@ -94,6 +99,7 @@ class Ordering {
   }
 
   std::size_t section_of(NodeId id) const {
+    if (groups_.size() > 1 && order_ == StatementOrder::kFewLive) return 0;
     return std::has_single_bit(mask_[id]) ? static_cast<std::size_t>(std::countr_zero(mask_[id])) + 1 : 0;
   }
 
@@ -133,6 +139,7 @@ class Ordering {
   const Function& function_;
   const std::vector<OutputRange>& groups_;
   const Functions functions_;
+  const StatementOrder order_;
   Schedule& schedule_;
   std::vector<std::uint8_t> mask_;
   std::vector<NodeId> result_nodes_;
@@ -302,10 +309,10 @@ const CallPlace* Schedule::long_call(NodeId id) const {
 }
 
 Schedule schedule(const Function& function, const std::vector<OutputRange>& groups,
-                  std::size_t piece_statements, Functions functions) {
+                  std::size_t piece_statements, Functions functions, StatementOrder order) {
   Schedule result;
   result.calls = place_calls(function, groups, result.work);
-  Ordering(function, groups, functions, result).run();
+  Ordering(function, groups, functions, order, result).run();
   const std::vector<std::uint32_t> crossing = crossings(function, result);
   result.live = *std::max_element(crossing.begin(), crossing.end());
   cut(function, std::max<std::size_t>(piece_statements, 2), crossing, result);

@@ -8,7 +8,7 @@
 // Values for several sections come first, then those of the value alone, of the Jacobian alone, of the Hessian
 // alone.  A result is stored, and a guard checked, as soon as its value is available.  Within a section the recorded
 // order is kept: it has fewer live values than a depth-first order from the outputs (arm 330 against 538, humanoid
-// 868 against 1351) and is up to a tenth faster.
+// 868 against 1351) and is up to a tenth faster.  For cards all is one section, in the order of few_live.h.
 //
 // gcc's time and memory grow faster than the length of a function.  So a long body is cut into functions of some
 // hundred statements, at positions where few values cross.  Crossing values are in the caller's work array, whose
@@ -61,8 +61,11 @@ struct Schedule {
   const CallPlace* long_call(NodeId id) const;
 };
 
+enum class StatementOrder { kRecorded, kFewLive };
+
 // Groups calls of portable functions (gather.h).
 Schedule schedule(const Function& function, const std::vector<OutputRange>& groups,
-                  std::size_t piece_statements, Functions functions = kDefaultFunctions);
+                  std::size_t piece_statements, Functions functions = kDefaultFunctions,
+                  StatementOrder order = StatementOrder::kRecorded);
 
 }  // namespace dyntape::codegen
