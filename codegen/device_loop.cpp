@@ -20,7 +20,7 @@ constexpr double kLaunchOperations = 4e9;
 }  // namespace
 
 struct DeviceLoop::State {
-  std::size_t n_x = 0, shared = 0, rest = 0, work = 0;
+  std::size_t n_x = 0, shared = 0, rest = 0, constants = 0, work = 0;
   double operations = 1;
   DeviceRunOptions how;
   std::string text;
@@ -36,7 +36,7 @@ struct DeviceLoop::State {
 
 // States that are on the device together: those of one step at least, in a quarter of what is sent at a time.
 std::size_t DeviceLoop::State::states_at_once(std::size_t real) const {
-  const std::size_t of_state = real * (2 * n_x + rest);
+  const std::size_t of_state = real * (2 * n_x + rest + constants);
   const std::size_t fitting =
       std::min({codegen::kPartBytes / 4 / of_state, program->device().largest_buffer / of_state,
                 program->device().memory / 2 / (of_state + work)});
@@ -48,14 +48,16 @@ template <class Real>
 void DeviceLoop::State::run_part(const Run& part, std::size_t steps_at_once,
                                  const std::stop_token& stop) const {
   const std::size_t count = part.count, kept = part.steps / part.every;
-  std::vector<Real> x(count * n_x), both, own, states;
+  const std::size_t constants_count = part.stride_constants == 0 ? 1 : count;
+  std::vector<Real> x(count * n_x), both, own, fixed(constants_count * constants), states;
   codegen::send(part.x, part.stride_x, n_x, count, x.data());
+  codegen::send(part.constants, part.stride_constants, constants, constants_count, fixed.data());
   std::size_t done = 0;  // states that are kept
   for (std::size_t first = 0; first < part.steps && !stop.stop_requested(); first += steps_at_once) {
     const std::size_t steps = std::min(steps_at_once, part.steps - first),
                       here = (first + steps) / part.every - first / part.every;
     const std::size_t p_count = part.stride_p == 0 ? 1 : count;
-    const std::uint64_t loop[] = {steps, part.every, first, p_count};
+    const std::uint64_t loop[] = {steps, part.every, first, p_count, constants_count};
     both.assign(part.shared + first * shared, part.shared + (first + steps) * shared);
     own.resize(p_count * steps * rest);
     codegen::send(part.p + first * rest, part.stride_p, steps * rest, p_count, own.data());
@@ -64,6 +66,8 @@ void DeviceLoop::State::run_part(const Run& part, std::size_t steps_at_once,
         {.in = first == 0 ? x.data() : nullptr, .bytes = x.size() * sizeof(Real)}};
     if (shared) arrays.push_back({.in = both.data(), .bytes = both.size() * sizeof(Real)});
     if (rest) arrays.push_back({.in = own.data(), .bytes = own.size() * sizeof(Real)});
+    if (constants)
+      arrays.push_back({.in = first == 0 ? fixed.data() : nullptr, .bytes = fixed.size() * sizeof(Real)});
     arrays.push_back({.out = here ? states.data() : nullptr, .bytes = states.size() * sizeof(Real)});
     arrays.push_back({.in = loop, .bytes = sizeof loop});
     program->run(0, arrays, count);
@@ -80,6 +84,7 @@ void DeviceLoop::State::run(const Run& all, const std::stop_token& stop) const {
     part.count = std::min(most, all.count - first);
     part.x += first * all.stride_x;
     if (part.p) part.p += first * all.stride_p;
+    if (part.constants) part.constants += first * all.stride_constants;
     part.states += first * kept * n_x;
     const auto count = static_cast<double>(part.count);
     const auto buffer =
@@ -92,16 +97,17 @@ void DeviceLoop::State::run(const Run& all, const std::stop_token& stop) const {
   }
 }
 
-DeviceLoop DeviceLoop::make(const Function& step, std::size_t shared, const CodegenOptions& options,
-                            const DeviceRunOptions& how) {
+DeviceLoop DeviceLoop::make(const Function& step, const codegen::LoopParameters& parameters,
+                            const CodegenOptions& options, const DeviceRunOptions& how) {
   const codegen::OpenClDevice device = codegen::device_of_name(how.device, how.single);
   CodegenOptions value = options;
   value.order = Order::kValue;
   const codegen::DeviceSource source = generate_device(
-      step, value, {.single = how.single, .piece_statements = how.piece_statements, .loop = shared});
+      step, value, {.single = how.single, .piece_statements = how.piece_statements, .loop = parameters});
   const codegen::DeviceKernel& kernel = source.kernels[0];
   auto state = std::make_shared<State>();
-  state->n_x = step.n_x(), state->shared = shared, state->rest = step.n_p() - shared;
+  state->n_x = step.n_x(), state->shared = parameters.shared, state->constants = parameters.constants;
+  state->rest = step.n_p() - state->shared - state->constants;
   state->work = kernel.work;
   state->operations = std::max(1.0, double(source.source.operations[0]));
   state->how = how;

@@ -240,8 +240,9 @@ class DevicePrinter {
   std::string loop() {
     const KernelPlan& kernel = sets_.kernels[0];
     const Function& step = function(0);
-    const std::size_t n_x = step.n_x(), n_p = step.n_p(), shared = *options_.loop, rest = n_p - shared;
-    const std::string nx = std::to_string(n_x), np = std::to_string(n_p), ns = std::to_string(shared);
+    const auto [shared, constants] = *options_.loop;
+    const std::size_t n_x = step.n_x(), n_y = step.n_y(), n_p = step.n_p(), rest = n_p - shared - constants;
+    const std::string nx = std::to_string(n_x), ns = std::to_string(shared);
     const BodyStyle style{{kInputNames[0], kInputNames[1], kInputNames[2]},
                           outputs_of(kernel.derivatives),
                           functions_.texts(),
@@ -251,19 +252,23 @@ class DevicePrinter {
     const std::size_t work = functions_.work(step, kernel.schedule);
     DeviceKernel entry{result_.source.name + "_loop"};
     entry.inputs[0] = n_x, entry.inputs[1] = n_p, entry.outputs[0] = n_x;
-    entry.work = (2 * n_x + n_p + work) * (options_.single ? sizeof(float) : sizeof(double));
+    entry.work = (n_x + n_y + n_p + work) * (options_.single ? sizeof(float) : sizeof(double));
     std::string text = "DT_ENTRY void " + entry.name + "(DT_GLOBAL real* DT_RESTRICT x, ";
     if (shared) text += "DT_GLOBAL const real* DT_RESTRICT shared, ";
     if (rest) text += "DT_GLOBAL const real* DT_RESTRICT p, ";
+    if (constants) text += "DT_GLOBAL const real* DT_RESTRICT constants, ";
     text +=
         "DT_GLOBAL real* DT_RESTRICT states, DT_GLOBAL const dt_count* DT_RESTRICT loop, const dt_count "
         "count) {\n  const dt_count state = DT_STATE, steps = loop[0], every = loop[1], before = loop[2];\n";
     if (rest) text += "  const dt_count p_count = loop[3], own = p_count == 1 ? 0 : state;\n";
-    text += "  real x_of_state[" + nx + "], y_of_state[" + nx + "];\n";
-    if (n_p) text += "  real p_of_state[" + np + "];\n";
+    text += "  real x_of_state[" + nx + "], y_of_state[" + std::to_string(n_y) + "];\n";
+    if (n_p) text += "  real p_of_state[" + std::to_string(n_p) + "];\n";
     if (work) text += "  real work_of_state[" + std::to_string(work) + "];\n";
     text += "  dt_count at, kept = 0;\n  int k;\n  if (state >= count) return;\n";
     text += for_each(n_x, "  ", "x_of_state[k] = x[k * count + state];");
+    text += for_each(constants, "  ",
+                     "p_of_state[k + " + std::to_string(shared + rest) +
+                         "] = constants[loop[4] == 1 ? k : k * count + state];");
     text += "  for (at = 0; at < steps; ++at) {\n    int sound = 1;\n";
     if (is_guarded(0)) text += "    dt_words guard = 0;\n";
     text += for_each(shared, "    ", "p_of_state[k] = shared[at * " + ns + " + k];");
@@ -273,7 +278,7 @@ class DevicePrinter {
     text += for_each(n_p, "    ", "sound &= p_of_state[k] - p_of_state[k] == 0;");
     text += for_each(n_x, "    ", "sound &= x_of_state[k] - x_of_state[k] == 0;");
     text += calls;
-    text += for_each(n_x, "    ", "sound &= y_of_state[k] - y_of_state[k] == 0;");
+    text += for_each(n_y, "    ", "sound &= y_of_state[k] - y_of_state[k] == 0;");
     if (is_guarded(0)) text += "    sound &= guard == 0;\n";
     text += for_each(n_x, "    ", "x_of_state[k] = sound ? y_of_state[k] : NAN;");
     text += "    if ((before + at + 1) % every != 0) continue;\n";
@@ -364,11 +369,12 @@ DeviceSource print_device(const KernelSets& sets, const DeviceOptions& options) 
     throw ArgumentError("text of \"" + sets.name +
                         "\" for a device has no library; expected functions sines or libm, got portable");
   const Function& first = sets.kernels[0].derivatives.function;
-  if (options.loop && (sets.kernels.size() > 1 || sets.kernels[0].derivatives.n_y != first.n_x() ||
-                       first.n_w() > 0 || *options.loop > first.n_p()))
-    throw ArgumentError("loop of \"" + sets.name + "\": " + std::to_string(first.n_x()) + " variables, " +
-                        std::to_string(first.n_y()) +
-                        " outputs; expected the value of a function with as many of both, without weights");
+  if (options.loop && (sets.kernels.size() > 1 || sets.kernels[0].derivatives.n_y < first.n_x() ||
+                       first.n_w() > 0 || options.loop->shared + options.loop->constants > first.n_p()))
+    throw ArgumentError(
+        "loop of \"" + sets.name + "\": " + std::to_string(first.n_x()) + " variables, " +
+        std::to_string(first.n_y()) +
+        " outputs; expected the value of a function with as many outputs or more, without weights");
   return DevicePrinter(sets, options).run();
 }
 

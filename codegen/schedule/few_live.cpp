@@ -6,6 +6,8 @@
 #include <queue>
 #include <unordered_map>
 
+#include <dyntape/autodiff/scalars/portable.h>
+
 namespace dyntape::codegen {
 namespace {
 

@@ -71,7 +71,7 @@ def test_single():
     assert np.array_equal(found, found.astype(np.float32))
 
 
-# Functions whose recording has the operations of the plain code; values of the others are recorded once for the routes (tests/python/test_lanes.py).
+# Functions whose recording has the operations of the plain code (tests/python/test_lanes.py); values of the others have those of "tape".
 AS_PLAIN = [
     'rnea', 'aba', 'crba', 'minverse', 'nonlinear_effects', 'gravity', 'energy', 'energy_gradients', 'id_derivatives', 'fd_derivatives',
     'gravity_derivatives', 'nonlinear_effects_derivatives', 'frame_placement', 'frame_velocity', 'frame_acceleration', 'frame_jacobian',
@@ -254,11 +254,32 @@ def test_rollouts_of_the_scenes_own_commands():
 
 
 @needs_device
+def test_rollouts_with_a_policy():
+    scene, x0, _ = quadruped('semi-implicit-euler', exponent=1, friction=0)
+    nq, nu = scene.nq, scene.nu
+
+    def law(x, p):
+        return [p[k % 3] * np.sin(-x[7 + k]) - p[3] * x[nq + 6 + k] + p[4] * x[3] * x[6] for k in range(nu)]
+
+    policy = dyntape.record(law, scene.nx, 5)
+    theta = np.random.default_rng(10).uniform(1, 3, size=(70, 5))
+    x0[3, 5], theta[6, 2] = np.nan, np.inf
+    for parameters in theta, theta[1]:
+        expected = scene.rollout(x0, steps=30, policy=policy, parameters=parameters)
+        found = scene.rollout(x0, steps=30, policy=policy, parameters=parameters, device='opencl:0')
+        assert np.isfinite(expected[:3]).all() and np.isnan(expected[3]).all()
+        assert np.array_equal(found, expected, equal_nan=True)
+    free = dyntape.record(lambda x: -0.1 * x[nq + 6 :], scene.nx)  # without parameters
+    expected = scene.rollout(x0[1], steps=30, policy=free, every=10)
+    assert np.array_equal(scene.rollout(x0[1], steps=30, policy=free, every=10, device='opencl:0'), expected)
+
+
+@needs_device
 def test_rollouts_that_no_device_takes():
     scene = dyntape.Scene('config/scenes/pendulum.info', set={'simulation.integrator': 'semi-implicit-euler'})
-    policy = dyntape.record(lambda x: [-x[1]], 2)
-    with pytest.raises(dyntape.ArgumentError, match='rollout: policies run on the processor; expected u with a device, got a policy'):
-        scene.rollout([0.1, 0], steps=5, policy=policy, device='opencl:0')
+    branching = dyntape.record(lambda x: [-x[1] if x[0] < 3 else x[1]], 2)
+    with pytest.raises(dyntape.ArgumentError, match=r'policy ".*" branches on values \(.*test_devices.py:\d+\); expected select'):
+        scene.rollout([0.1, 0], steps=5, policy=branching, device='opencl:0')
     with pytest.raises(dyntape.ArgumentError, match='rollout: every is 0, expected 1 or more'):
         scene.rollout([0.1, 0], steps=5, every=0)
     with pytest.raises(dyntape.ToolError, match='there is no device opencl:77; expected opencl:0'):

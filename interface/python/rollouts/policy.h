@@ -27,6 +27,12 @@ class Policy {
          int n_u);
 
   std::size_t n_p() const { return f_->n_p(); }
+  std::shared_ptr<const Function> function() const { return {f_, &f_->function}; }
+  // Of a world; null without parameters.
+  const double* parameters(std::size_t world) const {
+    return n_p() == 0 ? nullptr : parameters_.data + (worlds_ ? world * n_p() : 0);
+  }
+
   std::optional<std::size_t> worlds() const {
     return worlds_;
   }  // that parameters are given for; none: one row for all
@@ -38,10 +44,6 @@ class Policy {
   void prepare_derivatives();
 
  private:
-  const double* parameters(std::size_t world) const {
-    return n_p() == 0 ? nullptr : parameters_.data + (worlds_ ? world * n_p() : 0);
-  }
-
   std::shared_ptr<const RecordedFunction> f_;
   std::shared_ptr<Kernels> values_, slopes_;  // slopes_: with parameters as variables
   Numbers parameters_;

@@ -150,18 +150,20 @@ void in_parts(const SceneRollout& steps, const Plan& plan, const RolloutPart& pa
 
 void roll_on_device(const PythonScene& self, const Plan& plan, const std::string& device, std::size_t every,
                     double* states) {
-  if (plan.policy)
-    throw ArgumentError("rollout: policies run on the processor; expected u with a device, got a policy");
-  const std::shared_ptr<const DeviceRollout> rollout = self.steps_on(device);
+  const std::shared_ptr<const DeviceRollout> rollout =
+      self.steps_on(device, plan.policy ? plan.policy->function() : nullptr);
+  const bool has_rows = plan.policy && plan.policy->worlds() && plan.policy->n_p() > 0;
   interruptible(true, [&](const std::stop_token& stop) {
     rollout->run({.worlds = plan.worlds,
                   .steps = plan.steps,
                   .every = every,
                   .x0 = plan.x0.data,
                   .u = plan.u.data,
+                  .p = plan.policy ? plan.policy->parameters(0) : nullptr,
                   .states = states,
                   .x_stride = plan.x_stride,
-                  .u_stride = plan.u_stride},
+                  .u_stride = plan.u_stride,
+                  .p_stride = has_rows ? plan.policy->n_p() : 0},
                  stop);
   });
 }
@@ -323,17 +325,19 @@ SceneRollout& PythonScene::steps(bool with_jacobians) const {
   return *steps;
 }
 
-std::shared_ptr<const DeviceRollout> PythonScene::steps_on(const std::string& device) const {
+std::shared_ptr<const DeviceRollout> PythonScene::steps_on(const std::string& device,
+                                                           std::shared_ptr<const Function> policy) const {
+  const std::pair key(device, policy ? content_hash(*policy) : "");
   {
     const std::scoped_lock lock(mutex_);
-    const auto found = on_devices_.find(device);
+    const auto found = on_devices_.find(key);
     if (found != on_devices_.end()) return found->second;
   }
   auto made = left_alone(nb::find(*this), [=, this](const std::stop_token&) {
-    return std::make_shared<const DeviceRollout>(scene, device);
+    return std::make_shared<const DeviceRollout>(scene, device, policy.get());
   });
   const std::scoped_lock lock(mutex_);
-  return on_devices_.emplace(device, std::move(made)).first->second;
+  return on_devices_.emplace(key, std::move(made)).first->second;
 }
 
 void bind_rollouts(nb::class_<PythonScene>& scene) {
@@ -360,7 +364,8 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
       "device: \"opencl:0\", the first of `dyntape.devices()`, on which one kernel takes many steps; "
       "explicit "
       "schemes and\n"
-      "   compliant contacts, without a policy.  The bits are the same, but for friction (tanh) and "
+      "   compliant contacts; a policy must not branch on values.  The bits are the same, but for friction "
+      "(tanh) and "
       "exponents of "
       "contacts\n"
       "   (pow), which are the device's.\n"

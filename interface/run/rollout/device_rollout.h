@@ -7,11 +7,15 @@
 //   std::vector<double> ends(worlds * n_x);
 //   rollout.run({.worlds = worlds, .steps = 500, .every = 500, .x0 = x0, .u = u, .states = ends.data(), .x_stride = n_x});
 //
+// In place of commands a recorded function may close the loop at the beginning of each step, u = f(x, p), with parameters of each
+// world or for all.
+//
 // States, commands and steps are those of SceneRollout (scene_rollout.h), and so are the bits, if the step calls none of the
 // elementary functions that are the device's (codegen/device/print_device.h): friction calls tanh, exponents of contacts pow.  If a world has no step, its states are NaN
 // from there on.
 //
-// Errors: those of DeviceLoop.  ArgumentError: rigid contacts or hard limits, an implicit or adaptive scheme.
+// Errors: those of DeviceLoop.  ArgumentError: rigid contacts or hard limits, an implicit or adaptive scheme, a
+// policy that branches on values or does not fit the scene.
 #pragma once
 
 #include <stop_token>
@@ -24,7 +28,8 @@ namespace dyntape {
 
 class DeviceRollout {
  public:
-  DeviceRollout(const Scene& scene, const std::string& device);
+  // policy: of the state, and parameters, to the commands; null: commands are given.
+  DeviceRollout(const Scene& scene, const std::string& device, const Function* policy = nullptr);
 
   int n_x() const { return n_x_; }
   int n_u() const { return n_u_; }
@@ -33,14 +38,15 @@ class DeviceRollout {
   struct Worlds {
     std::size_t worlds = 0, steps = 0, every = 1;
     const double* x0 = nullptr;  // (n_x) of each world
-    const double* u = nullptr;   // (steps x n_u) of each world
+    const double* u = nullptr;   // (steps x n_u) of each world; or
+    const double* p = nullptr;   // (n_p) of the policy, of each world
     double* states = nullptr;    // (steps / every x n_x) of each world: those after every `every`-th step
-    std::size_t x_stride = 0, u_stride = 0;
+    std::size_t x_stride = 0, u_stride = 0, p_stride = 0;
   };
   void run(const Worlds& all, const std::stop_token& stop = {}) const;
 
  private:
-  DeviceRollout(const Scene& scene, const System& system, const std::string& device);
+  DeviceRollout(const Scene& scene, const System& system, const std::string& device, const Function* policy);
 
   double h_;
   int n_x_, n_u_;

@@ -83,7 +83,7 @@ void expect_same_bits(const Function& f, std::size_t shared, const Case& c, Rand
   if (c.own_parameters && rest > 0 && c.count > 7)
     own[(7 * c.steps + 1) * rest] = HUGE_VAL;  // its second step
   std::vector<double> states(c.count * (c.steps / c.every) * f.n_x(), 7.0);
-  DeviceLoop::make(f, shared, plain(), how)
+  DeviceLoop::make(f, {.shared = shared}, plain(), how)
       .run({.count = c.count,
             .steps = c.steps,
             .every = c.every,
@@ -137,6 +137,45 @@ TEST(DeviceLoop, SharedParametersAloneAndNone) {
   expect_same_bits(map, 0, {.count = 20, .steps = 100, .every = 10}, random);
 }
 
+// Parameters of all steps, of each state or for all, and an output that only has to be finite.
+TEST(DeviceLoop, ConstantsAndFurtherOutputs) {
+  DYNTAPE_NEED_DEVICE;
+  Random random(95);
+  SCOPED_TRACE(random.seed_text());
+  const Function damped = record("damped", 1, 3, [](const VectorXad& x, const VectorXad& p) {
+    VectorXad y(2);
+    y << x[0] - p[0] * (p[2] * x[0] - p[1]), 1 / (x[0] - 5);
+    return y;
+  });
+  const std::size_t count = 90, steps = 12;
+  std::vector<double> x = random.vector(count, -2, 2);
+  const std::vector<double> h(steps, 0.1), own = random.vector(count * steps, -1, 1),
+                                           gains = random.vector(count, 0, 3);
+  x[8] = 5;  // where the other output is infinite
+  for (const bool for_all : {false, true}) {
+    std::vector<double> states(count * steps);
+    DeviceLoop::make(damped, {.shared = 1, .constants = 1}, plain(), {.most_states = 50, .most_steps = 5})
+        .run({.count = count,
+              .steps = steps,
+              .x = x.data(),
+              .shared = h.data(),
+              .p = own.data(),
+              .constants = gains.data(),
+              .states = states.data(),
+              .stride_x = 1,
+              .stride_p = steps,
+              .stride_constants = for_all ? 0u : 1u});
+    for (std::size_t s = 0; s < count; ++s) {
+      double v = x[s];
+      for (std::size_t k = 0; k < steps; ++k) {
+        v = v - 0.1 * (gains[for_all ? 0 : s] * v - own[s * steps + k]);
+        if (s == 8) v = std::nan("");
+        ASSERT_TRUE(same(states[s * steps + k], v)) << s << ", " << k;
+      }
+    }
+  }
+}
+
 TEST(DeviceLoop, CallsInside) {
   DYNTAPE_NEED_DEVICE;
   Random random(94);
@@ -151,7 +190,7 @@ TEST(DeviceLoop, Single) {
   });
   const std::vector<double> x = {1, 2}, p = {0.5, 0.5, 0.5};
   std::vector<double> y(2);
-  DeviceLoop::make(map, 1, plain(), {.single = true})
+  DeviceLoop::make(map, {.shared = 1}, plain(), {.single = true})
       .run({.count = 2,
             .steps = 3,
             .every = 3,
@@ -172,7 +211,7 @@ TEST(DeviceLoop, AStopEndsItBetweenLaunches) {
   stop.request_stop();
   const std::vector<double> x = {1, 2}, p(3 * 1000, 0.1);
   std::vector<double> y(2 * 1000, 7.0);
-  DeviceLoop::make(pendulum(), 3, plain())
+  DeviceLoop::make(pendulum(), {.shared = 3}, plain())
       .run({.count = 1, .steps = 1000, .x = x.data(), .shared = p.data(), .states = y.data(), .stride_x = 2},
            stop.get_token());
   EXPECT_EQ(y, std::vector<double>(2 * 1000, 7.0));
@@ -183,15 +222,15 @@ TEST(DeviceLoopErrors, FunctionsThatAreNoSteps) {
   const Function f =
       record("sum", 2, [](const VectorXad& x) { return VectorXad::Constant(1, x.sum()).eval(); });
   try {
-    (void)DeviceLoop::make(f, 0, plain());
+    (void)DeviceLoop::make(f, {}, plain());
     FAIL() << "no ArgumentError";
   } catch (const ArgumentError& e) {
-    EXPECT_STREQ(
-        e.what(),
-        "loop of \"sum\": 2 variables, 1 outputs; expected the value of a function with as many of both, "
-        "without weights");
+    EXPECT_STREQ(e.what(),
+                 "loop of \"sum\": 2 variables, 1 outputs; expected the value of a function with as many "
+                 "outputs or more, "
+                 "without weights");
   }
-  EXPECT_THROW(DeviceLoop::make(pendulum(), 1, plain()).run({.count = 1, .steps = 1, .every = 0}),
+  EXPECT_THROW(DeviceLoop::make(pendulum(), {.shared = 1}, plain()).run({.count = 1, .steps = 1, .every = 0}),
                ArgumentError);
 }
 
