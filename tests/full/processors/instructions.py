@@ -6,8 +6,8 @@
     build/peers/bin/python tests/full/processors/instructions.py build      build/peers: tests/bench/run makes it
 
 dyntape by each route through the library, and the C that it prints (text) alone; Pinocchio as its users compile it (-O3 -DNDEBUG), and the C that CasADi
-prints (-O3), for -mcpu=cortex-a76 and -march=x86-64-v3.  Of Pinocchio's conventions and CasADi's variants the one with fewer instructions counts.  Routes
-through the library are left out where build/aarch64 has no evaluations.
+prints (-O3), for -mcpu=cortex-a76 and -march=x86-64-v3; `--processors x86-64-v2` has registers of two doubles, as aarch64.  Of Pinocchio's conventions
+and CasADi's variants the one with fewer instructions counts.  Routes through the library are left out where build/aarch64 has no evaluations.
 """
 import argparse
 import json
@@ -45,7 +45,8 @@ class Processor:
             self.own, self.lanes = [f'--sysroot={sysroot}'], 2
             self.level = ['-O1', '-mpc-relative-literal-loads', '-fpeephole2', '-fipa-ra']  # as codegen/build compiles
         else:
-            self.flags, self.prefix, self.root, self.own, self.lanes = ['-march=x86-64-v3'], '', pathlib.Path('/'), [], 4
+            self.flags, self.prefix, self.root, self.own = ['-march=' + name], '', pathlib.Path('/'), []
+            self.lanes = {'x86-64-v2': 2, 'x86-64-v3': 4}[name]
             self.level = ['-O1', '-fira-algorithm=priority']
             self.emulator, self.evaluations = ['qemu-x86_64', '-cpu', 'max'], build / 'bin/evaluations'
         self.include = build / 'include'
