@@ -47,7 +47,7 @@ TEST(DeviceRollout, HasTheBitsOfTheProcessor) {
   MatrixXd p = MatrixXd::NullaryExpr(2, kWorlds, [&] { return uniform(random) + 3; });
   p(0, 17) = std::nan("");
   const PolicyMotions expected = PolicyRollout(scene, policy).run(x0, p, kSteps);
-  const DeviceRollout rollout(scene, "opencl:0", &policy);
+  const DeviceRollout rollout(scene, {.device = "opencl:0"}, &policy);
   ASSERT_EQ(rollout.n_x(), 2);
   ASSERT_EQ(rollout.n_u(), 1);
   MatrixXd states(2, kWorlds * (kSteps / kEvery));
@@ -73,17 +73,17 @@ TEST(DeviceRollout, ScenesAndPoliciesThatNoDeviceTakes) {
   Scene scene = pendulum();
   scene.integrator = Integrator::kImplicitMidpoint;
   EXPECT_EQ(
-      message_of<ArgumentError>([&] { DeviceRollout(scene, "opencl:0"); }),
+      message_of<ArgumentError>([&] { (void)DeviceRollout(scene, {.device = "opencl:0"}); }),
       "roll-out on a device: scene \"pendulum\" has the scheme implicit-midpoint; expected an explicit one, "
       "semi-implicit-euler or runge-kutta-4, or a roll-out on the processor");
   const Scene box = read_scene(test::source_folder() + "/config/scenes/tumbling_box.info");
   EXPECT_EQ(
-      message_of<ArgumentError>([&] { DeviceRollout(box, "opencl:0"); }),
+      message_of<ArgumentError>([&] { (void)DeviceRollout(box, {.device = "opencl:0"}); }),
       "roll-out on a device: scene \"tumbling_box\" has rigid contacts or hard limits, whose steps iterate; "
       "expected compliant contacts, or a roll-out on the processor");
   const Function other = record("other", 3, [](const VectorXad& x) { return x; });
   EXPECT_EQ(
-      message_of<ArgumentError>([&] { DeviceRollout(pendulum(), "opencl:0", &other); }),
+      message_of<ArgumentError>([&] { (void)DeviceRollout(pendulum(), {.device = "opencl:0"}, &other); }),
       "roll-out on a device: policy \"other\" takes 3 values and returns 3; expected 2 of the state, and 1 "
       "commands");
 }
