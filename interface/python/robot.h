@@ -32,8 +32,9 @@ struct RobotSourceText {
 // A call of a function of the table: what the caller says in words.
 struct RobotCall {
   int row = 0;
-  bool many = false;                      // states at a time
-  std::string route{}, device{};          // one of them, or none
+  bool many = false;    // states at a time
+  std::string route{};  // or a device
+  RobotDevice device{};
   std::string frame{}, axes = "aligned";  // frame: empty, the last
   std::vector<std::string> contacts{};
   auto operator<=>(const RobotCall&) const = default;

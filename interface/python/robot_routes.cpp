@@ -77,9 +77,10 @@ class RecordedRoute final : public RobotPath {
 
 class DeviceRoute final : public RobotPath {
  public:
-  DeviceRoute(const dynamics::Model<double>& model, const RobotFunction& function, const std::string& device)
+  DeviceRoute(const dynamics::Model<double>& model, const RobotFunction& function, const RobotDevice& device)
       : function_(DeviceFunction::make(record_robot_function(model, function, RobotSource::kAnalytic),
-                                       {.order = Order::kValue}, {.device = device})) {
+                                       {.order = Order::kValue},
+                                       {.device = device.name, .single = device.single})) {
     is_device = true;
     n_in = function_.function().n_x();
     n_out = function_.function().n_y();
@@ -96,9 +97,9 @@ class DeviceRoute final : public RobotPath {
 };
 
 std::shared_ptr<RobotPath> unshaped_route(const dynamics::Model<double>& model, const RobotFunction& function,
-                                          const std::string& word, const std::string& device, bool many,
+                                          const std::string& word, const RobotDevice& device, bool many,
                                           const std::stop_token& stop) {
-  if (!device.empty()) return std::make_shared<DeviceRoute>(model, function, device);
+  if (!device.name.empty()) return std::make_shared<DeviceRoute>(model, function, device);
   if (word == kLanes) return make_lanes_route(model, function);
   RobotRoute route;
   try {
@@ -134,7 +135,7 @@ std::vector<Block> blocks_of(const dynamics::Model<double>& model, const RobotFu
 }
 
 std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, const RobotFunction& function,
-                                      const std::string& word, const std::string& device, bool many,
+                                      const std::string& word, const RobotDevice& device, bool many,
                                       const std::stop_token& stop) {
   std::shared_ptr<RobotPath> route = unshaped_route(model, function, word, device, many, stop);
   route->blocks = blocks_of(model, function);

@@ -2,7 +2,7 @@
 //
 // A robot's function at many states by one route, for any number of Python threads at a time.
 //
-//   const auto rnea = make_route(robot, RobotFunction::kRnea, "lanes", "", true);
+//   const auto rnea = make_route(robot, RobotFunction::kRnea, "lanes", {}, true);
 //   evaluate(*rnea, rows, results);      // releases the lock; states are shared out among the threads of the process
 //
 // Zeros of results are positive: the sign of a zero depends on the route.
@@ -14,6 +14,7 @@
 // of RobotRoute.
 #pragma once
 
+#include <compare>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -38,9 +39,15 @@ class RobotPath {
 
 inline constexpr const char* kLanes = "lanes";
 
-// By its word, or on a device, as "opencl:0".
+// Where a device is named, as "opencl:0", it takes the place of a route.
+struct RobotDevice {
+  std::string name{};
+  bool single = false;  // in float
+  auto operator<=>(const RobotDevice&) const = default;
+};
+
 std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, const RobotFunction& function,
-                                      const std::string& word, const std::string& device, bool many,
+                                      const std::string& word, const RobotDevice& device, bool many,
                                       const std::stop_token& stop = {});
 
 // The blocks of a function's result.

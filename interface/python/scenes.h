@@ -9,7 +9,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <utility>
+#include <tuple>
 
 #include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/report/simulation_results.h>
@@ -31,14 +31,14 @@ class PythonScene {
   // Made once, without the lock, at the first call.
   SceneRollout& steps(bool with_jacobians) const;
   // On a device, as "opencl:0", with a policy or none; likewise.
-  std::shared_ptr<const DeviceRollout> steps_on(const std::string& device,
+  std::shared_ptr<const DeviceRollout> steps_on(const std::string& device, bool single,
                                                 std::shared_ptr<const Function> policy) const;
 
  private:
   mutable std::mutex mutex_;
   mutable std::unique_ptr<SceneRollout> steps_[2];
-  mutable std::map<std::pair<std::string, std::string>, std::shared_ptr<const DeviceRollout>>
-      on_devices_;  // by device, and content of the policy
+  using OnDevice = std::tuple<std::string, bool, std::string>;  // its name, in float, content of the policy
+  mutable std::map<OnDevice, std::shared_ptr<const DeviceRollout>> on_devices_;
 };
 
 // A motion and the scene that it is of, which reports refer to.

@@ -143,6 +143,24 @@ def test_methods_broadcast_and_take_options():
 
 
 @needs_device
+def test_methods_and_rollouts_in_float():
+    arm = dyntape.load('config/robots/arm_2r.urdf')
+    arguments = states_of(arm, 'aba', 50)
+    found, expected = arm.aba(*arguments, device='opencl:0', single=True), arm.aba(*arguments)
+    assert not np.array_equal(found, expected) and np.allclose(found, expected, rtol=1e-3, atol=1e-3)
+    assert np.array_equal(found, found.astype(np.float32))
+    assert np.array_equal(arm.aba(*arguments, device='opencl:0'), expected)  # kept by precision
+    scene = dyntape.Scene('config/scenes/pendulum.info', set={'simulation.integrator': 'semi-implicit-euler'})
+    x0, u = np.random.default_rng(11).normal(size=(50, 2)), np.zeros((20, 1))
+    found, expected = scene.rollout(x0, u, device='opencl:0', single=True), scene.rollout(x0, u, device='opencl:0')
+    assert np.array_equal(found, found.astype(np.float32)) and np.allclose(found, expected, rtol=1e-4, atol=1e-4)
+    with pytest.raises(dyntape.ArgumentError, match='rnea: single: expected a device, got none'):
+        arm.rnea(*arguments, single=True)
+    with pytest.raises(dyntape.ArgumentError, match='rollout: single: expected a device, got none'):
+        scene.rollout(x0, u, single=True)
+
+
+@needs_device
 def test_a_batch_of_many_parts():
     arm = dyntape.load('config/robots/ur5.urdf')
     arguments = states_of(arm, 'minverse', 400_000)  # 42 numbers a state: two parts

@@ -26,7 +26,7 @@ def car(goal=(1.0,)):
 
 WRONG = [
     (lambda: ARM.rnea(None, None, None), "Robot.rnea: q is None; expected an array of numbers"),
-    (lambda: ARM.rnea(np.zeros(6)), "Robot.rnea needs v and a: Robot.rnea(q, v, a, *, route, device)"),
+    (lambda: ARM.rnea(np.zeros(6)), "Robot.rnea needs v and a: Robot.rnea(q, v, a, *, route, device, single)"),
     (lambda: ARM.rnea(q=np.zeros(6), w=1), 'has no argument "w"'),
     (lambda: ARM.rnea(np.zeros(6), np.zeros(6), np.zeros(6), rout="tape"), 'did you mean "route"?'),
     (lambda: ARM.rnea(np.zeros(6), np.zeros(6), np.zeros(6), "tape"), "expected at most 3"),

@@ -43,10 +43,11 @@ struct Method {
 
 // What the caller chose besides the state; null: not given.
 struct Choice {
-  nb::handle route, device, frame, axes, contacts;
+  nb::handle route, device, single, frame, axes, contacts;
 };
 
 bool is_given(nb::handle given) { return given.is_valid() && !given.is_none(); }
+bool is_true(nb::handle given) { return is_given(given) && PyObject_IsTrue(given.ptr()) == 1; }
 
 RobotCall chosen(const Method& method, const Choice& choice, bool many) {
   RobotCall call{.row = method.row};
@@ -54,8 +55,10 @@ RobotCall chosen(const Method& method, const Choice& choice, bool many) {
     if (is_given(choice.route))
       throw ArgumentError(std::string(method.name) +
                           ": a route is the processor's; expected route or device, got both");
-    call.device = text_of(choice.device, "device");
+    call.device = {text_of(choice.device, "device"), is_true(choice.single)};
   } else {
+    if (is_true(choice.single))
+      throw ArgumentError(std::string(method.name) + ": single: expected a device, got none");
     call.many = many;
     call.route = is_given(choice.route) ? text_of(choice.route, "route") : default_word(many);
   }
@@ -68,8 +71,8 @@ RobotCall chosen(const Method& method, const Choice& choice, bool many) {
 }
 
 bool is_default(const Choice& choice) {
-  return !is_given(choice.route) && !is_given(choice.device) && !is_given(choice.frame) &&
-         !is_given(choice.axes) && !is_given(choice.contacts);
+  return !is_given(choice.route) && !is_given(choice.device) && !is_true(choice.single) &&
+         !is_given(choice.frame) && !is_given(choice.axes) && !is_given(choice.contacts);
 }
 
 nb::object named(const Method& method, std::size_t n, const auto& block) {
@@ -141,7 +144,7 @@ std::string result_type(const Method& method, const std::vector<RobotBlock>& out
 std::string signature(const Method& method, const std::vector<RobotBlock>& outputs) {
   std::string text = std::string("def ") + method.name + "(self";
   for (const char* input : method.inputs) text += std::string(", ") + input + ": ArrayLike";
-  text += ", *, route: str | None = None, device: str | None = None";
+  text += ", *, route: str | None = None, device: str | None = None, single: bool = False";
   if (method.has_frame) text += ", frame: str | None = None, axes: str | None = None";
   if (method.has_contacts) text += ", contacts: Sequence[str] | None = None";
   return text + ") -> " + result_type(method, outputs);
@@ -189,7 +192,7 @@ std::string documentation(const Method& method, const RobotFunction& function,
   text +=
       ".  By default \"analytic\" for one state and \"lanes\" for batches.\n"
       "device: \"opencl:0\", the first of `dyntape.devices()`, in place of a route: for batches of "
-      "thousands.\n";
+      "thousands.  single: it\n   computes in float.\n";
   if (method.has_frame)
     text +=
         "frame: its name, by default the last.  axes: \"local\", \"world\" or \"aligned\", the world's axes "
@@ -235,34 +238,34 @@ void define(nb::class_<Robot>& robot, const Method& method, const char* signatur
   if (method.has_contacts) {
     robot.def(
         method.name,
-        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle device, nb::handle frame,
-            nb::handle axes, nb::handle contacts) {
+        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle device, nb::handle single,
+            nb::handle frame, nb::handle axes, nb::handle contacts) {
           const nb::handle arguments[] = {state...};
-          return call(self, *m, arguments, {route, device, frame, axes, contacts});
+          return call(self, *m, arguments, {route, device, single, frame, axes, contacts});
         },
         nb::arg(method.inputs[I])..., nb::kw_only(), nb::arg("route") = nb::none(),
-        nb::arg("device") = nb::none(), nb::arg("frame") = nb::none(), nb::arg("axes") = nb::none(),
-        nb::arg("contacts") = nb::none(), sig, what);
+        nb::arg("device") = nb::none(), nb::arg("single") = false, nb::arg("frame") = nb::none(),
+        nb::arg("axes") = nb::none(), nb::arg("contacts") = nb::none(), sig, what);
   } else if (method.has_frame) {
     robot.def(
         method.name,
-        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle device, nb::handle frame,
-            nb::handle axes) {
+        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle device, nb::handle single,
+            nb::handle frame, nb::handle axes) {
           const nb::handle arguments[] = {state...};
-          return call(self, *m, arguments, {route, device, frame, axes, {}});
+          return call(self, *m, arguments, {route, device, single, frame, axes, {}});
         },
         nb::arg(method.inputs[I])..., nb::kw_only(), nb::arg("route") = nb::none(),
-        nb::arg("device") = nb::none(), nb::arg("frame") = nb::none(), nb::arg("axes") = nb::none(), sig,
-        what);
+        nb::arg("device") = nb::none(), nb::arg("single") = false, nb::arg("frame") = nb::none(),
+        nb::arg("axes") = nb::none(), sig, what);
   } else {
     robot.def(
         method.name,
-        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle device) {
+        [m](const Robot& self, Handle<I>... state, nb::handle route, nb::handle device, nb::handle single) {
           const nb::handle arguments[] = {state...};
-          return call(self, *m, arguments, {route, device, {}, {}, {}});
+          return call(self, *m, arguments, {route, device, single, {}, {}, {}});
         },
         nb::arg(method.inputs[I])..., nb::kw_only(), nb::arg("route") = nb::none(),
-        nb::arg("device") = nb::none(), sig, what);
+        nb::arg("device") = nb::none(), nb::arg("single") = false, sig, what);
   }
 }
 

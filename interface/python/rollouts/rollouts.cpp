@@ -148,10 +148,10 @@ void in_parts(const SceneRollout& steps, const Plan& plan, const RolloutPart& pa
   });
 }
 
-void roll_on_device(const PythonScene& self, const Plan& plan, const std::string& device, std::size_t every,
-                    double* states) {
+void roll_on_device(const PythonScene& self, const Plan& plan, const std::string& device, bool single,
+                    std::size_t every, double* states) {
   const std::shared_ptr<const DeviceRollout> rollout =
-      self.steps_on(device, plan.policy ? plan.policy->function() : nullptr);
+      self.steps_on(device, single, plan.policy ? plan.policy->function() : nullptr);
   const bool has_rows = plan.policy && plan.policy->worlds() && plan.policy->n_p() > 0;
   interruptible(true, [&](const std::stop_token& stop) {
     rollout->run({.worlds = plan.worlds,
@@ -170,8 +170,9 @@ void roll_on_device(const PythonScene& self, const Plan& plan, const std::string
 
 nb::object rollout(const PythonScene& self, nb::handle x0, nb::handle u, std::optional<std::size_t> n_steps,
                    std::shared_ptr<const RecordedFunction> policy, nb::handle parameters, std::size_t every,
-                   const std::optional<std::string>& device) {
+                   const std::optional<std::string>& device, bool single) {
   if (every == 0) throw ArgumentError("rollout: every is 0, expected 1 or more");
+  if (single && !device) throw ArgumentError("rollout: single: expected a device, got none");
   SceneRollout& steps = self.steps(false);
   const Plan plan = plan_of(steps, {"rollout", x0, u, n_steps, std::move(policy), parameters});
   const auto n_u = static_cast<std::size_t>(steps.n_u());
@@ -181,7 +182,7 @@ nb::object rollout(const PythonScene& self, nb::handle x0, nb::handle u, std::op
   double* states = nullptr;
   nb::object result = new_array(shape, states);
   if (device) {
-    roll_on_device(self, plan, *device, every, states);
+    roll_on_device(self, plan, *device, single, every, states);
     return result;
   }
   in_parts(steps, plan, [&](std::size_t first, std::size_t count, const std::stop_token& stop) {
@@ -325,16 +326,17 @@ SceneRollout& PythonScene::steps(bool with_jacobians) const {
   return *steps;
 }
 
-std::shared_ptr<const DeviceRollout> PythonScene::steps_on(const std::string& device,
+std::shared_ptr<const DeviceRollout> PythonScene::steps_on(const std::string& device, bool single,
                                                            std::shared_ptr<const Function> policy) const {
-  const std::pair key(device, policy ? content_hash(*policy) : "");
+  const OnDevice key(device, single, policy ? content_hash(*policy) : "");
   {
     const std::scoped_lock lock(mutex_);
     const auto found = on_devices_.find(key);
     if (found != on_devices_.end()) return found->second;
   }
   auto made = left_alone(nb::find(*this), [=, this](const std::stop_token&) {
-    return std::make_shared<const DeviceRollout>(scene, device, policy.get());
+    return std::make_shared<const DeviceRollout>(scene, DeviceRunOptions{.device = device, .single = single},
+                                                 policy.get());
   });
   const std::scoped_lock lock(mutex_);
   return on_devices_.emplace(key, std::move(made)).first->second;
@@ -349,10 +351,10 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
   scene.def(
       "rollout", rollout, nb::arg("x0"), nb::arg("u") = nb::none(), nb::kw_only(),
       nb::arg("steps") = nb::none(), nb::arg("policy") = nb::none(), nb::arg("parameters") = nb::none(),
-      nb::arg("every") = 1, nb::arg("device") = nb::none(),
+      nb::arg("every") = 1, nb::arg("device") = nb::none(), nb::arg("single") = false,
       nb::sig("def rollout(self, x0: ArrayLike, u: ArrayLike | None = None, *, steps: int | None = None, "
               "policy: Function | None = None, parameters: ArrayLike | None = None, every: int = 1, "
-              "device: str | None = None) -> Array"),
+              "device: str | None = None, single: bool = False) -> Array"),
       "Many motions at once: the states after each step, (worlds, steps, nx).\n\n"
       "x0: (worlds, nx), or (nx,) for all.  u: (worlds, steps, nu), or (steps, nu) for all, held over each "
       "step, N m\n"
@@ -369,6 +371,7 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
       "exponents of "
       "contacts\n"
       "   (pow), which are the device's.\n"
+      "single: the device computes in float.\n"
       "Without worlds in any of these the result is (steps, nx).  Explicit steps run several worlds to a "
       "register; worlds\n"
       "are shared out among the threads of the process, and none depends on another.  A world that diverges "

@@ -67,17 +67,17 @@ Function function_for_device(const Scene& scene, const System& system, const Fun
 
 }  // namespace
 
-DeviceRollout::DeviceRollout(const Scene& scene, const std::string& device, const Function* policy)
-    : DeviceRollout(scene, independent_system_of(scene.robot), device, policy) {}
+DeviceRollout::DeviceRollout(const Scene& scene, const DeviceRunOptions& how, const Function* policy)
+    : DeviceRollout(scene, independent_system_of(scene.robot), how, policy) {}
 
-DeviceRollout::DeviceRollout(const Scene& scene, const System& system, const std::string& device,
+DeviceRollout::DeviceRollout(const Scene& scene, const System& system, const DeviceRunOptions& how,
                              const Function* policy)
     : h_(scene.step),
       n_x_(system.model.nq + system.model.nv + int(lagged_motors(system).size())),
       n_u_(system.n_u),
       loop_(DeviceLoop::make(function_for_device(scene, system, policy),
                              {.shared = kTimes, .constants = policy ? policy->n_p() : 0}, scene.evaluation,
-                             {.device = device})) {}
+                             how)) {}
 
 void DeviceRollout::run(const Worlds& all, const std::stop_token& stop) const {
   std::vector<double> times;

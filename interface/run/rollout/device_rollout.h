@@ -3,7 +3,7 @@
 // Many motions of a scene on a device of OpenCL: one kernel takes many steps of thousands of worlds (codegen/device_loop.h).
 //
 //   const Scene scene = read_scene("config/scenes/quadruped_explicit.info");
-//   const DeviceRollout rollout(scene, "opencl:0");                             // records the step, compiles the kernel
+//   const DeviceRollout rollout(scene, {.device = "opencl:0"});                 // records the step, compiles the kernel
 //   std::vector<double> ends(worlds * n_x);
 //   rollout.run({.worlds = worlds, .steps = 500, .every = 500, .x0 = x0, .u = u, .states = ends.data(), .x_stride = n_x});
 //
@@ -19,7 +19,6 @@
 #pragma once
 
 #include <stop_token>
-#include <string>
 
 #include <dyntape/codegen/device_loop.h>
 #include <dyntape/interface/files/scene/scene.h>
@@ -29,7 +28,7 @@ namespace dyntape {
 class DeviceRollout {
  public:
   // policy: of the state, and parameters, to the commands; null: commands are given.
-  DeviceRollout(const Scene& scene, const std::string& device, const Function* policy = nullptr);
+  DeviceRollout(const Scene& scene, const DeviceRunOptions& how, const Function* policy = nullptr);
 
   int n_x() const { return n_x_; }
   int n_u() const { return n_u_; }
@@ -46,7 +45,8 @@ class DeviceRollout {
   void run(const Worlds& all, const std::stop_token& stop = {}) const;
 
  private:
-  DeviceRollout(const Scene& scene, const System& system, const std::string& device, const Function* policy);
+  DeviceRollout(const Scene& scene, const System& system, const DeviceRunOptions& how,
+                const Function* policy);
 
   double h_;
   int n_x_, n_u_;

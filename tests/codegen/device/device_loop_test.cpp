@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/device_loop.h>
+#include <dyntape/codegen/pipeline.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -215,6 +216,28 @@ TEST(DeviceLoop, AStopEndsItBetweenLaunches) {
       .run({.count = 1, .steps = 1000, .x = x.data(), .shared = p.data(), .states = y.data(), .stride_x = 2},
            stop.get_token());
   EXPECT_EQ(y, std::vector<double>(2 * 1000, 7.0));
+}
+
+// A device is not needed for its text.
+TEST(DeviceLoopText, HasOneKernelWithTheArraysThatItNeeds) {
+  const auto text_with = [](std::size_t shared, std::size_t constants) {
+    return generate_device(pendulum(), plain(),
+                           {.language = codegen::DeviceLanguage::kCuda,
+                            .loop = codegen::LoopParameters{shared, constants}})
+        .source.text;
+  };
+  const std::string all = text_with(1, 1);
+  EXPECT_NE(
+      all.find("DT_ENTRY void pendulum_loop(DT_GLOBAL real* DT_RESTRICT x, DT_GLOBAL const real* DT_RESTRICT "
+               "shared, DT_GLOBAL const real* DT_RESTRICT p, DT_GLOBAL const real* DT_RESTRICT constants, "
+               "DT_GLOBAL real* DT_RESTRICT states, "),
+      std::string::npos);
+  EXPECT_EQ(all.find("pendulum_value"), std::string::npos);
+  EXPECT_NE(
+      text_with(0, 3).find("DT_RESTRICT x, DT_GLOBAL const real* DT_RESTRICT constants, DT_GLOBAL real*"),
+      std::string::npos);
+  EXPECT_NE(text_with(3, 0).find("DT_RESTRICT x, DT_GLOBAL const real* DT_RESTRICT shared, DT_GLOBAL real*"),
+            std::string::npos);
 }
 
 TEST(DeviceLoopErrors, FunctionsThatAreNoSteps) {
