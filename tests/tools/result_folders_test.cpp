@@ -21,6 +21,7 @@ using namespace std::chrono_literals;
 using dyntape::test::command_file;
 using dyntape::test::config;
 using dyntape::test::holds;
+using dyntape::test::long_task;
 using dyntape::test::Outcome;
 using dyntape::test::run_dyntape;
 using dyntape::test::Scratch;
@@ -202,12 +203,9 @@ TEST(ResultFolders, OlderResultsStayUntilThereAreNewOnes) {
   };
   const auto before = files();
   EXPECT_GE(before.size(), 7u);
-  std::string text = slurp(config("tasks/cart_pole_swing_up.info"));
-  text.replace(text.find("intervals 40"), 12, "intervals 10000");
-  text.replace(text.find("../robots"), 9, config("robots"));
-  put(scratch / "long.info", text);
-  const std::string line = std::string("exec ") + command_file() + " solve '" + (scratch / "long.info") +
-                           "' --output '" + out + "' >/dev/null 2>'" + (scratch / "err") + "'";
+  const std::string line = std::string("exec ") + command_file() + " solve '" +
+                           long_task(scratch / "long.info") + "' --output '" + out + "' >/dev/null 2>'" +
+                           (scratch / "err") + "'";
   const pid_t child = fork();
   if (child == 0) {
     setpgid(0, 0);

@@ -80,4 +80,13 @@ inline std::string config(const std::string& name) {
   return std::string(test::source_folder() + "/config/") + name;
 }
 
+// Writes a task that takes some ten iterations of a second or more.
+inline std::string long_task(const std::string& path) {
+  std::string text = slurp(config("tasks/cart_pole_swing_up.info"));
+  text.replace(text.find("intervals 40"), 12, "intervals 100000");
+  text.replace(text.find("../robots"), 9, config("robots"));
+  std::ofstream(path) << text;
+  return path;
+}
+
 }  // namespace dyntape::test
