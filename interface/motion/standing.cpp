@@ -308,7 +308,8 @@ std::string weak_motors(const RobotScene& scene, const RobotProblemOptions& opti
   const auto& model = scene.model;
   const std::vector<std::string> driven = driven_names(scene);
   const auto motors = Eigen::Index(driven.size());
-  if (!x.allFinite() || !x.tail(model.nv).isZero(0) || motors == 0 || p.n_u() < motors) return "";
+  if (!x.allFinite() || !x.tail(x.size() - p.positions).isZero(0) || motors == 0 || p.n_u() < motors)
+    return "";
   const Holding holding(p, x, options.contacts, motors + Eigen::Index(options.thrusters.size()));
   if (!holding.F0.allFinite() || !holding.G.allFinite() || holding.F0.isZero(0)) return "";
   Eigen::VectorXd u;

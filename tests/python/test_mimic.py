@@ -131,6 +131,32 @@ def test_what_followers_do_not_have_is_told():
         sliders().problem(1.0, driven=["b"])
 
 
+def test_limits_that_exclude_each_other_are_told():
+    limit = '<limit effort="20" velocity="50" lower="-100" upper="100"/>'
+    first, rest = URDF.split(limit, 1)
+    text = first + limit.replace("-100", "0").replace("100", "1") + rest.replace(limit, limit.replace("-100", "90"))
+    robot = dyntape.load_text(text, mimic=True)
+    for ask in (robot.random, lambda: robot.lower):
+        with pytest.raises(dyntape.ArgumentError, match="no position of joint 'a' is within its limits and those of"):
+            ask()
+
+
+def test_what_a_robot_cannot_do_is_told_before_a_solve():
+    robot = sliders()
+    problem = robot.problem(1.0)
+    problem.start_at([0.0])
+    problem.add_effort(1e-3)
+    problem.add_equality("there", problem.frame_error("a_link", [3.0, 0, 0]), where="end")
+    with pytest.warns(UserWarning, match="no configuration within the limits of the joints was found in which 'a_link'"):
+        problem.solve(4, max_iterations=3)
+    weak = dyntape.load_text(URDF.replace('effort="20"', 'effort="0.1"'), mimic=True).problem(1.0)
+    weak.start_at([0.0])
+    weak.limit_efforts()
+    weak.add_effort(1e-3)
+    with pytest.warns(UserWarning, match="the motors cannot hold the robot at rest: 'a'"):
+        weak.solve(4, max_iterations=3)
+
+
 def test_random_configurations_keep_the_limits_of_followers():
     """Joint b = RATIO a + OFFSET has narrower limits than a."""
     robot = sliders()

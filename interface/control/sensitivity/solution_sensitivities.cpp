@@ -20,7 +20,8 @@ namespace {
 using Eigen::VectorXd;
 
 // In the units of the solve, in which numbers are near one.
-constexpr double kNothing = 1e-9;       // no bound multiplier, no distance
+constexpr double kNothing = 1e-9;  // no bound multiplier, no distance
+constexpr double kWeak = 1e-4;     // a bound multiplier or a distance that is one of a weakly active bound
 constexpr double kMostResidual = 1e-4;  // of the first-order conditions
 constexpr double kLongest = 1e-3;       // of the Newton step, beside 1 + |x|
 constexpr double kMostMissed = 1e-6;    // of rows that are not dependent, as a part of what was asked of them
@@ -415,7 +416,12 @@ class SolutionSensitivities::Held {
       const std::string name =
           limit.of_row ? nlp.constraint_name(std::size_t(i)) : nlp.variable_name(std::size_t(i));
       fail(SensitivityStatus::kWeaklyActive,
-           "\"" + name + "\" rests on a bound that has no bound multiplier");
+           before <= kWeak ? "\"" + name + "\" rests on a bound that has no bound multiplier"
+                           : "active bounds cannot be distinguished from inactive ones: a Newton step takes "
+                             "more than half "
+                             "of the " +
+                                 std::string(limit.is_held ? "bound multiplier" : "distance from the bound") +
+                                 " of \"" + name + "\"; solve to a smaller tolerance, or on fewer intervals");
       is_smooth_ = true;
     }
   }

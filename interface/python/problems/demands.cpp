@@ -21,15 +21,23 @@ void warn(const std::string& sentence) {
 
 std::string noun(bool is_foothold) { return is_foothold ? "foothold" : "target"; }
 
-// The robot with the problem's bounds for the limits of its joints.
+// The robot with the problem's bounds for the limits of its joints, or its own limits if joints follow others.  Those that
+// follow move freely here, so that nothing within reach is said to be beyond it.
 RobotScene with_bounds(const PythonProblem& p) {
   RobotScene scene = p.scene;
+  if (p.tied) return scene;
   for (auto& joint : scene.model.joints) {
     if (!dynamics::traits(joint.type).on_a_line) continue;
     joint.limits.lower = p.problem.x.lower[joint.idx_q];
     joint.limits.upper = p.problem.x.upper[joint.idx_q];
   }
   return scene;
+}
+
+// Of all joints.
+Eigen::VectorXd start_of(const PythonProblem& p) {
+  const Eigen::VectorXd q = p.all_q(p.problem.start.head(p.nq()));
+  return q.allFinite() ? q : dynamics::neutral(p.scene.model);
 }
 
 using Feet = std::vector<std::pair<std::string, Eigen::Vector3d>>;
@@ -52,13 +60,12 @@ void warn_of_footholds(const PythonProblem& p) {
     if (demand.floor)
       warn(below_floor(demand.at.frame, demand.at.position, *demand.floor, noun(demand.is_foothold)));
   }
-  if (p.demands.empty() || p.tied) return;
+  if (p.demands.empty()) return;
   std::set<std::optional<double>> shares;
   for (const PythonProblem::Demand& demand : p.demands) shares.insert(demand.share);
   if (shares.size() > 1) shares.erase(std::nullopt);  // part of every instant
   const RobotScene scene = with_bounds(p);
-  Eigen::VectorXd q = p.problem.start.head(p.nq());
-  if (!q.allFinite()) q = dynamics::neutral(scene.model);
+  const Eigen::VectorXd q = start_of(p);
   for (const std::optional<double>& share : shares) {
     bool are_footholds = false;
     const Feet feet = demanded_at(p, share, are_footholds);
@@ -71,10 +78,9 @@ void warn_of_footholds(const PythonProblem& p) {
 void warn_of_clearances(const PythonProblem& p) {
   constexpr double kOfFlight = 1. / 8;
   const double duration = p.problem.free_time ? p.problem.free_time->longest : p.problem.duration;
-  Eigen::VectorXd q = p.problem.start.head(p.nq());
-  if (!q.allFinite()) q = dynamics::neutral(p.scene.model);
+  const Eigen::VectorXd q = start_of(p);
   for (const PythonProblem::Demand& demand : p.demands) {
-    if (!(demand.clearance > 0) || p.tied) continue;
+    if (!(demand.clearance > 0)) continue;
     const std::string head =
         "swing_clearance of '" + demand.at.frame + "' by " + io::significant(demand.clearance, 3) + " m: ";
     if (floats(p.scene.model)) {
@@ -127,7 +133,7 @@ std::optional<double> floor_under(const RobotScene& scene, const Eigen::Vector3d
 
 void warn_of_unmet_demands(const PythonProblem& p) {
   if (!p.is_robot) return;
-  if (!p.tied) warn(weak_motors(p.scene, p.options, p.problem, p.problem.start));
+  warn(weak_motors(p.scene, p.options, p.problem, p.problem.start));
   warn_of_missing_contacts(p);
   warn_of_clearances(p);
   warn_of_footholds(p);

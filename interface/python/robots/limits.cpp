@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "limits.h"
 
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/robot_scene.h>
 
 namespace dyntape::python {
@@ -26,6 +28,14 @@ dynamics::Model<double> with_tied_limits(const Robot& robot) {
   for_each_single([&](auto& limits, int q, int v) {
     limits.lower = lower[q], limits.upper = upper[q], limits.velocity = fastest[v];
   });
+  for (const auto& joint : model.joints) {
+    if (!dynamics::is_single(joint.type) || joint.limits.lower <= joint.limits.upper) continue;
+    throw ArgumentError("robot \"" + model.name + "\": no position of joint '" + joint.name +
+                        "' is within its limits and those of the joints that follow it: at least " +
+                        io::significant(joint.limits.lower, 4) + " and at most " +
+                        io::significant(joint.limits.upper, 4) +
+                        "; expected other limits or another <mimic> in the robot's file");
+  }
   return model;
 }
 
