@@ -136,7 +136,7 @@ def test_limits_that_exclude_each_other_are_told():
     first, rest = URDF.split(limit, 1)
     text = first + limit.replace("-100", "0").replace("100", "1") + rest.replace(limit, limit.replace("-100", "90"))
     robot = dyntape.load_text(text, mimic=True)
-    for ask in (robot.random, lambda: robot.lower):
+    for ask in (robot.random, lambda: robot.lower_limits):
         with pytest.raises(dyntape.ArgumentError, match="no position of joint 'a' is within its limits and those of"):
             ask()
 

@@ -400,8 +400,8 @@ Problem tracking_problem(const Task& task) {
   if (std::none_of(problem.terms.begin(), problem.terms.end(), draws))
     throw ArgumentError(
         "task \"" + task.name +
-        "\": steps of feedback reach the goal by costs, since they do not demand it at the end, and "
-        "there is no such cost; expected weights in costs.tracking or reference, or a cost in terms");
+        "\": a controller needs a cost that pulls to the goal, since its steps do not demand the goal; "
+        "expected weights in costs.tracking or reference, or a cost in terms");
   problem.goal.setConstant(Problem::kFree);
   std::erase_if(problem.terms,
                 [](const Term& term) { return term.where == Where::kTerminal && is_constraint(term.role); });
