@@ -249,12 +249,13 @@ std::string common_beginning(const std::vector<std::string>& names) {
 void add_panels(io::Plot& plot, const Groups& groups, const std::vector<std::string>& names,
                 const VectorXd& t, const JointCurves& of) {
   constexpr double kNothing = 1e-9;       // of the largest, below which a value is rounding
+  constexpr double kRounding = 1e-11;     // in SI units, of values that are zero but for rounding
   std::map<std::string, double> largest;  // by unit
   for (const auto& [quantity, rows] : groups.all())
     largest[quantity.unit] =
         std::max(largest[quantity.unit], of.values(rows, Eigen::all).cwiseAbs().maxCoeff());
   for (const auto& [quantity, rows] : groups.all()) {
-    const double least = kNothing * largest[quantity.unit];
+    const double least = std::max(kNothing * largest[quantity.unit], kRounding);
     const MatrixXd own =
         of.values(rows, Eigen::all).unaryExpr([&](double y) { return std::abs(y) < least ? 0 : y; });
     std::vector<std::string> own_names;

@@ -68,6 +68,25 @@ TEST(JointPanels, PairsAreAnglesWithoutJumps) {
   }
 }
 
+// Rounding of a box that only slides filled the panels of its orientation.
+TEST(JointPanels, RoundingIsFlat) {
+  const auto robot = dynamics::read_urdf_text(
+      "<robot name='r'><link name='base'/><joint name='hinge' type='revolute'><parent link='base'/>"
+      "<child link='door'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint><link name='door'>"
+      "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
+      "iyz='0'/></inertial></link>"
+      "</robot>",
+      "hinge", {});
+  for (const double size : {1e-13, 1e-6}) {
+    const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(20, 0, 1);
+    io::Plot plot;
+    add_positions(plot, robot.model, t, {size * (5 * t.transpose().array()).sin().matrix(), {}, {}, {}});
+    double largest = 0;
+    for (const double y : plot.panels.at(0).series.at(0).y) largest = std::max(largest, std::abs(y));
+    EXPECT_NEAR(largest, size > 1e-9 ? size : 0, 0.1 * size);
+  }
+}
+
 // Labels of a sweep of one value.
 std::pair<std::string, std::string> axes_of(const MadeScene& made, const std::string& varied,
                                             const std::string& shown) {
