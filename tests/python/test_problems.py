@@ -412,3 +412,21 @@ def test_pictures_say_what_they_show(tmp_path):
     assert forces.count("rigid contact at FL_FOOT") == 1 and "sideways" in forces
     jump = dyntape.solve(CONFIG / "tasks" / "quadruped_jump.info").plot()
     assert "z + 0.35 y [m]" in jump["motion"] and "limit" in jump["trajectory"]
+
+
+def test_a_start_that_a_constraint_excludes_is_told_before_a_solve():
+    p = dyntape.Problem("cart", ["x", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.start, p.goal = [0, 0], [1, 0]
+    p.add_squares("effort", lambda s: s.u)
+    p.add_inequality("clear", lambda s: [s.x[1] + 5, (s.x[0] + 0.1) ** 2 - 0.04], 0)
+    p.add_inequality("push", lambda s: s.u[0] - 3 * s.x[0], -100, 100)
+    with pytest.warns(UserWarning, match=r'the start contradicts "clear": clear\[1\] is -0.03 there, expected at least 0'):
+        p.solve(5, max_iterations=3)
+    q = dyntape.Problem("cart", ["x", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    q.start, q.goal = [0, 0], [1, 0]
+    q.add_squares("effort", lambda s: s.u)
+    q.add_inequality("push", lambda s: s.u[0], 0.5, 100)  # the controls decide
+    q.add_inequality("edge", lambda s: s.x[0], 0)  # and the start is on its boundary
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        q.solve(5, max_iterations=3)

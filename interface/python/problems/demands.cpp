@@ -98,6 +98,35 @@ void warn_of_clearances(const PythonProblem& p) {
   }
 }
 
+// Constraints that the start violates, whatever the controls and accelerations there are.
+void warn_of_start(const Problem& problem) {
+  constexpr double kRounding = 1e-6;
+  if (!problem.start.allFinite()) return;
+  const Stage<double> guess = problem.first_guess(0);
+  const auto value_at = [&](const Term& term, double change) {
+    return term.function(problem.stage(0, problem.start, (guess.a.array() + change).matrix(),
+                                       (guess.u.array() + change).matrix()));
+  };
+  for (const Term& term : problem.terms) {
+    const bool is_there = term.where == Where::kRunning || (term.where == Where::kInstant && term.share == 0);
+    if (!is_constraint(term.role) || !is_there) continue;
+    const Eigen::VectorXd r = value_at(term, 0), other = value_at(term, 1);
+    for (Eigen::Index i = 0; i < r.size(); ++i) {
+      const double lower = term.role == Role::kEquality ? 0 : term.lower[i],
+                   upper = term.role == Role::kEquality ? 0 : term.upper[i];
+      const double off = std::max(lower - r[i], r[i] - upper);
+      if (r[i] != other[i] || !(off > kRounding * std::max(1.0, std::abs(r[i])))) continue;
+      const std::string entry = r.size() > 1 ? "[" + std::to_string(i) + "]" : "";
+      warn("the start contradicts \"" + term.name + "\": " + term.name + entry + " is " +
+           io::significant(r[i], 4) + " there, expected " +
+           (lower == upper ? io::significant(lower, 4)
+            : r[i] < lower ? "at least " + io::significant(lower, 4)
+                           : "at most " + io::significant(upper, 4)));
+      break;
+    }
+  }
+}
+
 // A floating robot's swing is between footholds, which nothing holds in a problem without contacts.
 void warn_of_missing_contacts(const PythonProblem& p) {
   const bool has_swings =
@@ -132,6 +161,7 @@ std::optional<double> floor_under(const RobotScene& scene, const Eigen::Vector3d
 }
 
 void warn_of_unmet_demands(const PythonProblem& p) {
+  warn_of_start(p.problem);
   if (!p.is_robot) return;
   warn(weak_motors(p.scene, p.options, p.problem, p.problem.start));
   warn_of_missing_contacts(p);
