@@ -420,7 +420,7 @@ def test_a_start_that_a_constraint_excludes_is_told_before_a_solve():
     p.add_squares("effort", lambda s: s.u)
     p.add_inequality("clear", lambda s: [s.x[1] + 5, (s.x[0] + 0.1) ** 2 - 0.04], 0)
     p.add_inequality("push", lambda s: s.u[0] - 3 * s.x[0], -100, 100)
-    with pytest.warns(UserWarning, match=r'the start contradicts "clear": clear\[1\] is -0.03 there, expected at least 0'):
+    with pytest.warns(UserWarning, match=r'the start contradicts "clear": clear\[1\] is -0.03000 there, expected at least 0'):
         p.solve(5, max_iterations=3)
     q = dyntape.Problem("cart", ["x", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
     q.start, q.goal = [0, 0], [1, 0]
