@@ -336,4 +336,26 @@ std::string weak_motors(const RobotScene& scene, const RobotProblemOptions& opti
          " at least, and its limit is " + io::significant(p.u.upper[worst] * gain, 3) + unit;
 }
 
+std::string short_duration(const RobotScene& scene, const Problem& p) {
+  constexpr double kBetween = 1.02;  // limits hold at points, and may be passed a little between them
+  const double duration = p.free_time ? p.free_time->longest : p.duration;
+  const auto index_of = [&](const std::string& name) {
+    return Eigen::Index(std::find(p.states.begin(), p.states.end(), name) - p.states.begin());
+  };
+  double worst = kBetween;
+  std::string sentence;
+  for (const auto& joint : scene.model.joints) {
+    const Eigen::Index q = index_of("q." + joint.name), v = index_of("v." + joint.name);
+    if (q == p.n_x() || v == p.n_x()) continue;
+    const double way = p.goal[q] - p.start[q], most = (way > 0 ? p.x.upper[v] : -p.x.lower[v]) * duration;
+    if (!(std::abs(way) > worst * most) || most < 0) continue;
+    worst = std::abs(way) / std::max(most, 1e-300);
+    const std::string unit = unit_of_state(scene.model, joint.idx_q);
+    sentence = "'" + joint.name + "' has to move " + io::significant(std::abs(way), 3) + unit + " in " +
+               io::significant(duration, 3) + " s, and its velocity limit allows " +
+               io::significant(most, 3) + unit;
+  }
+  return sentence;
+}
+
 }  // namespace dyntape

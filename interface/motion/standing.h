@@ -59,4 +59,8 @@ double limb_length(const dynamics::Model<double>& model, const std::string& fram
 std::string weak_motors(const RobotScene& scene, const RobotProblemOptions& options, const Problem& problem,
                         const Eigen::VectorXd& x);
 
+// A sentence on the joint whose velocity limit allows the least part of its way from start to goal in the longest duration:
+// "'elbow' has to move 2 rad in 0.05 s, and its velocity limit allows 0.25 rad"; "" if all limits allow the way.
+std::string short_duration(const RobotScene& scene, const Problem& problem);
+
 }  // namespace dyntape

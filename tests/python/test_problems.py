@@ -430,3 +430,20 @@ def test_a_start_that_a_constraint_excludes_is_told_before_a_solve():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         q.solve(5, max_iterations=3)
+
+
+def test_a_duration_in_which_no_joint_gets_there_is_told_before_a_solve():
+    hinge = (
+        '<robot name="door"><link name="base"/><joint name="hinge" type="revolute"><parent link="base"/><child link="leaf"/>'
+        '<axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="100" velocity="5"/></joint><link name="leaf"><inertial>'
+        '<mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    said = "'hinge' has to move 2.00 rad in 0.0500 s, and its velocity limit allows 0.250 rad"
+    for duration in (0.05, 0.5):
+        p = dyntape.load_text(hinge).problem(duration)
+        p.start_at([0.5]), p.end_at([-1.5])
+        p.limit_velocities(), p.add_effort(1)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            p.solve(4, max_iterations=2)
+        assert [str(w.message) for w in told] == ([said] if duration < 0.1 else [])

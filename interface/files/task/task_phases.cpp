@@ -208,6 +208,8 @@ std::vector<std::string> unmet_demands(const Task& task) {
   if (!task.unreachable.empty()) sentences.push_back(task.unreachable);
   add_unmet_footholds(task, sentences);
   add_weak_motors(task, sentences);
+  const std::string fast = task.parts.empty() ? short_duration(task.scene, task.problem) : "";
+  if (!fast.empty()) sentences.push_back(fast);
   return sentences;
 }
 

@@ -164,6 +164,7 @@ void warn_of_unmet_demands(const PythonProblem& p) {
   warn_of_start(p.problem);
   if (!p.is_robot) return;
   warn(weak_motors(p.scene, p.options, p.problem, p.problem.start));
+  warn(short_duration(p.scene, p.problem));
   warn_of_missing_contacts(p);
   warn_of_clearances(p);
   warn_of_footholds(p);
