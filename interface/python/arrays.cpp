@@ -33,19 +33,35 @@ void refuse_what_is_no_number(nb::handle given, const std::string& what) {
     throw ArgumentError(what + ": a masked array has entries without a number; write a.filled(number)");
 }
 
+// The letter that numpy has for the kind of what an array of it would hold: 'c' for complex numbers; '?' where it makes none.
+char kind_of(nb::handle given) {
+  PyObject* const made = PyArray_FROM_O(given.ptr());
+  if (!made) PyErr_Clear();
+  const nb::object array = nb::steal(made);
+  return made ? PyArray_DESCR(array_of(array))->kind : '?';
+}
+
 // numpy's error at hand, with the name of the argument before its first line.
-[[noreturn]] void raise_with_name(const std::string& what) {
-  nb::python_error error;  // takes the error
+[[noreturn]] void raise_with_name(nb::handle given, const std::string& what) {
+  const nb::python_error error;  // takes the error
+  if (!error.matches(PyExc_ValueError) && !error.matches(PyExc_TypeError)) throw error;
+  const std::string head = what + ": expected an array of numbers";
+  switch (kind_of(given)) {
+    case 'c':
+      throw ArgumentError(head + ", got complex ones; write a.real");
+    case 'U':
+    case 'S':
+      throw ArgumentError(head + ", got text");
+    default:
+      break;
+  }
   std::string text = nb::cast<std::string>(nb::str(error.value()));
   text = text.substr(0, text.find('\n'));
   constexpr std::string_view kCast = "Cannot cast array data from ";
   if (text.starts_with(
-          kCast))  // "Cannot cast array data from dtype('<U1') to dtype('float64') according to the rule 'safe'"
+          kCast))  // "Cannot cast array data from dtype('V8') to dtype('float64') according to the rule 'safe'"
     text = "got one of " + text.substr(kCast.size(), text.find(" to dtype") - kCast.size());
-  const std::string sentence = what + ": expected an array of numbers: " + text;
-  if (error.matches(PyExc_ValueError)) throw ArgumentError(sentence);
-  if (error.matches(PyExc_TypeError)) throw nb::type_error(sentence.c_str());
-  throw error;
+  throw ArgumentError(head + ": " + text);
 }
 
 // Whether a tensor lies in the memory of a card, by DLPack's number of its device or by CUDA's interface.
@@ -75,13 +91,20 @@ nb::object readable(nb::handle given, const std::string& what) {
 
 // A float64 array, aligned and of this machine's byte order.
 nb::object converted(nb::handle object, const std::string& what, int requirements) {
-  const nb::object given = readable(object, what);
+  nb::object given = readable(object, what);
   refuse_what_is_no_number(given, what);
+  if (!PyArray_Check(
+          given.ptr())) {  // its own type first: numpy drops the imaginary parts of entries for float64
+    PyObject* const own = PyArray_FROM_O(given.ptr());
+    if (!own) raise_with_name(given, what);
+    given = nb::steal(own);
+    refuse_what_is_no_number(given, what);  // nested lists of bools
+  }
   if (PyArray_Check(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_OBJECT)
     requirements |= NPY_ARRAY_FORCECAST;  // of numbers: holds_objects()
   PyObject* made =
       PyArray_FROM_OTF(given.ptr(), NPY_DOUBLE, NPY_ARRAY_ALIGNED | NPY_ARRAY_NOTSWAPPED | requirements);
-  if (!made) raise_with_name(what);
+  if (!made) raise_with_name(given, what);
   return nb::steal(made);
 }
 
@@ -135,7 +158,8 @@ std::string shape_text(const std::ptrdiff_t* shape, std::size_t n) {
 
 bool holds_objects(nb::handle given) {
   const auto is_number = [](nb::handle entry) {
-    return PyFloat_Check(entry.ptr()) || PyLong_Check(entry.ptr()) || PyArray_CheckScalar(entry.ptr());
+    return PyFloat_Check(entry.ptr()) || PyLong_Check(entry.ptr()) ||
+           (PyArray_CheckScalar(entry.ptr()) && !PyArray_IsScalar(entry.ptr(), ComplexFloating));
   };
   if (PyArray_Check(given.ptr())) {
     if (PyArray_TYPE(array_of(given)) != NPY_OBJECT) return false;
@@ -144,8 +168,14 @@ bool holds_objects(nb::handle given) {
     return false;
   }
   if (!PyList_Check(given.ptr()) && !PyTuple_Check(given.ptr())) return false;
+  const auto is_refused_by_name = [](nb::handle entry) {  // raise_with_name()
+    return PyComplex_Check(entry.ptr()) || PyArray_IsScalar(entry.ptr(), ComplexFloating) ||
+           PyUnicode_Check(entry.ptr()) || PyBytes_Check(entry.ptr());
+  };
   for (nb::handle entry : given)
-    if (!is_number(entry) && !PyList_Check(entry.ptr()) && !PyTuple_Check(entry.ptr())) return true;
+    if (!is_number(entry) && !is_refused_by_name(entry) && !PyList_Check(entry.ptr()) &&
+        !PyTuple_Check(entry.ptr()))
+      return true;
   return false;
 }
 

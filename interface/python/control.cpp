@@ -2,6 +2,7 @@
 //
 // Problems as controllers: model predictive control.
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <optional>
 
@@ -87,7 +88,12 @@ nb::dict generate(PythonMpc& self, const std::filesystem::path& folder, const st
 }
 
 MpcStep step(PythonMpc& self, double t, nb::handle x) {
-  const VectorXd at = vector_of(x, "step: x", self.mpc.values().n_x());
+  const Problem& problem = self.mpc.values();
+  const VectorXd at = vector_of(x, "step: x", problem.n_x());
+  for (Eigen::Index i = 0; i < at.size(); ++i)
+    if (!std::isfinite(at[i]))
+      throw ArgumentError("step: x: " + problem.states[std::size_t(i)] + " is " + io::shortest(at[i]) +
+                          "; expected a number");
   const nb::gil_scoped_release unlocked;
   const std::scoped_lock lock(self.mutex);
   const MpcStep& now = self.mpc.step(t, at);

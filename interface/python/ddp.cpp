@@ -14,6 +14,7 @@
 #include <dyntape/interface/io/choice.h>
 #include <dyntape/interface/io/number.h>
 
+#include "module.h"
 #include "motions.h"
 #include "problems.h"
 #include "watch.h"
@@ -109,8 +110,8 @@ nb::object derivatives_of(const Sensitivity& which, const DdpSolution* first, st
     const MotionDerivatives& by = s.sensitivities.*which.by;
     const MotionDerivatives& by_start = s.sensitivities.start;
     if (by_start.cost.size() == 0 || (which.of && by_start.x.size() == 0))
-      throw ArgumentError(std::string(which.name) + ": not asked for; expected sensitivities=\"motion\"" +
-                          (which.of ? "" : " or \"cost\"") + " of the solver");
+      throw MissingError(std::string(which.name) + ": not asked for; expected sensitivities=\"motion\"" +
+                         (which.of ? "" : " or \"cost\"") + " of the solver");
     n_x = s.x.rows(), n_u = s.u.rows(), N = s.u.cols(), columns = by.cost.size();
   }
   if (which.of == &MotionDerivatives::x) shape.insert(shape.end(), {N + 1, n_x});

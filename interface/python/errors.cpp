@@ -24,11 +24,12 @@ nb::object make(nb::module_& module, const char* name, nb::handle bases, const c
 
 // The exceptions, from the most special to the root.
 struct PythonErrors {
-  nb::object error, argument, file, recording, guard, tool, numerical;
+  nb::object error, argument, missing, file, recording, guard, tool, numerical;
 };
 PythonErrors* family = nullptr;  // lives as long as the process: exceptions may be raised until its end
 
 const nb::object& type_of(const Error& error) {
+  if (dynamic_cast<const MissingError*>(&error)) return family->missing;
   if (dynamic_cast<const ArgumentError*>(&error)) return family->argument;
   if (dynamic_cast<const FileError*>(&error)) return family->file;
   if (dynamic_cast<const RecordingError*>(&error)) return family->recording;
@@ -77,6 +78,8 @@ void bind_errors(nb::module_& module) {
                        "Root of dyntape's exceptions; the message is one sentence.");
   family->argument = make(module, "ArgumentError", with(family->error, "ValueError"),
                           "Something that was passed has the wrong shape, name or value.");
+  family->missing = make(module, "MissingError", with(family->argument, "AttributeError"),
+                         "A property that objects of this class may have, and this one has not.");
   family->file = make(module, "FileError", with(family->error, "OSError"),
                       "A file could not be read, or says something that cannot be: `file:line: sentence`.");
   family->recording = make(module, "RecordingError", with(family->error, "RuntimeError"),

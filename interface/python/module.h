@@ -5,9 +5,16 @@
 
 #include <nanobind/nanobind.h>
 
+#include <dyntape/autodiff/error.h>
+
 namespace dyntape::python {
 
 namespace nb = nanobind;
+
+// A property that its class has and this object has not, as q of a problem of one's own: dyntape.MissingError.
+struct MissingError : ArgumentError {
+  using ArgumentError::ArgumentError;
+};
 
 void bind_errors(nb::module_& module);             // errors.cpp
 void bind_recorded_values(nb::module_& module);    // recorded_values.cpp

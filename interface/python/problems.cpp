@@ -190,7 +190,9 @@ void guess(P& p, nb::handle x, nb::handle u, nb::handle a, nb::handle t) {
 
 nb::object of(const VectorXd& values) { return copy_of(values.data(), {values.size()}); }
 
-void bound_part(Bounds& bounds, const std::string& what, nb::handle lower, nb::handle upper) {
+void bound_part(Bounds& of_problem, const std::vector<std::string>& names, const std::string& what,
+                nb::handle lower, nb::handle upper) {
+  Bounds bounds = of_problem;
   const auto set = [&](VectorXd& side, nb::handle given) {
     if (given.is_none()) return;
     const Numbers values = numbers(given, what);
@@ -201,6 +203,8 @@ void bound_part(Bounds& bounds, const std::string& what, nb::handle lower, nb::h
   };
   set(bounds.lower, lower);
   set(bounds.upper, upper);
+  check_bounds(what, names, bounds.lower, bounds.upper);
+  of_problem = bounds;
 }
 
 void check_range(double shortest, double longest) {
@@ -276,7 +280,7 @@ void bind_limits(nb::class_<P>& problem) {
       .def(
           "bound_states",
           [](P& p, nb::handle lower, nb::handle upper) {
-            bound_part(p.problem.x, "bound_states", lower, upper);
+            bound_part(p.problem.x, p.problem.states, "bound_states", lower, upper);
           },
           nb::arg("lower") = nb::none(), nb::arg("upper") = nb::none(),
           nb::sig("def bound_states(self, lower: ArrayLike | None = None, upper: ArrayLike | None = None) -> "
@@ -285,7 +289,7 @@ void bind_limits(nb::class_<P>& problem) {
       .def(
           "bound_controls",
           [](P& p, nb::handle lower, nb::handle upper) {
-            bound_part(p.problem.u, "bound_controls", lower, upper);
+            bound_part(p.problem.u, p.problem.controls, "bound_controls", lower, upper);
           },
           nb::arg("lower") = nb::none(), nb::arg("upper") = nb::none(),
           nb::sig("def bound_controls(self, lower: ArrayLike | None = None, upper: ArrayLike | None = None) "
@@ -364,6 +368,19 @@ PyType_Slot problem_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse
                                {0, nullptr}};
 
 }  // namespace
+
+void check_bounds(const std::string& call, const std::vector<std::string>& names, const VectorXd& lower,
+                  const VectorXd& upper) {
+  for (Eigen::Index i = 0; i < lower.size(); ++i) {
+    if (!(lower[i] > upper[i])) continue;
+    const std::string name = lower.size() == std::ssize(names) ? names[std::size_t(i)]
+                             : lower.size() == 1               ? ""
+                                                               : "entry " + std::to_string(i);
+    throw ArgumentError(call + ": " + (name.empty() ? "" : name + ": ") + "lower is " +
+                        io::shortest(lower[i]) + ", upper is " + io::shortest(upper[i]) +
+                        "; expected a lower bound of at most the upper");
+  }
+}
 
 void check_intervals(int intervals) {
   if (intervals < 1)

@@ -106,6 +106,10 @@ ParameterValue parameter_value(nb::handle value, nb::handle times);
 
 Eigen::VectorXd vector_of(nb::handle given, const std::string& what, Eigen::Index entries);
 
+// ArgumentError, naming the entry, where a lower bound is above the upper; entries without names are counted.
+void check_bounds(const std::string& call, const std::vector<std::string>& names,
+                  const Eigen::VectorXd& lower, const Eigen::VectorXd& upper);
+
 // ArgumentError unless a mesh has one interval at least.
 void check_intervals(int intervals);
 

@@ -66,7 +66,7 @@ nb::object slice(const nb::object& array, Eigen::Index from, Eigen::Index to) {
 }
 
 void check_is_robot(const PythonStage& stage) {
-  if (stage.sizes.nq == 0) throw ArgumentError("stage: q and v are of a robot's problem; expected x");
+  if (stage.sizes.nq == 0) throw MissingError("stage: q and v are of a robot's problem; expected x");
 }
 
 }  // namespace

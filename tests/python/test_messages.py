@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What cannot be recorded, found or solved is told at once: what it is, and what to write instead."""
 
+import inspect
 import re
 
 import numpy as np
@@ -129,10 +130,77 @@ def test_attributes_that_are_not_there_name_what_is():
     assert sentence_of(lambda: ARM.forward_dynamics, AttributeError) == "Robot has no 'forward_dynamics'; it is called aba here"
     assert sentence_of(lambda: ARM.frame_jacobien, AttributeError).endswith("did you mean 'frame_jacobian'?")
     assert not hasattr(ARM, "_repr_pdf_") and not hasattr(ARM, "nothing_like_it")
-    for here in _messages._NAMES_HERE.values():
-        assert hasattr(dyntape.Robot, re.split(r"\W", here)[0]), here
+    for kind, words in _messages._NAMES_HERE.items():
+        for here in words.values():
+            for name in re.split(", | and ", here):
+                assert hasattr(getattr(dyntape, kind), re.split(r"\W", name)[0]), (kind, here)
     p = ARM.problem(1)
     assert "did you mean 'add_effort'?" in sentence_of(lambda: p.add_efort(), AttributeError)
+
+
+def block():
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.add_squares("effort", lambda s: s.u)
+    p.start = [0, 0]
+    return p
+
+
+@pytest.fixture(scope="module")
+def results():
+    p, config = block(), dyntape.config_folder()
+    mpc = dyntape.Mpc(p)
+    scene = dyntape.Scene(config / "scenes" / "pendulum.info")
+    arm = ARM.problem(1)
+    arm.add_effort()
+    found = [p, mpc, mpc.step(0.0, [0.0, 0.1]), p.solve(10), p.solve_ddp(10), p.ddp(10), p.ddp(10).solve_batch(np.zeros((2, 2)))]
+    found += [p.solve(10, tolerance=1e-10).sensitivities(), p.solve_ddp(10, sensitivities="cost"), ARM, arm, arm.solve(4), scene]
+    found += [dyntape.simulate(scene), dyntape.Task(config / "tasks" / "block_move.info"), dyntape.record(lambda x: x, 1)]
+    return [*found, dyntape.solve(config / "tasks" / "block_move.info"), ARM.nonzeros("rnea"), *dyntape.devices()]
+
+
+def test_what_an_object_has_not_is_an_attribute_error(results):
+    """hasattr, getattr with a default and inspect.getmembers work on every object."""
+    refused = set()
+    for result in results:
+        names = {name for name, _ in inspect.getmembers(result)}
+        refused |= {(type(result).__name__, name) for name in dir(type(result)) if name not in names and name[0] != "_"}
+        assert getattr(result, "nothing_like_it", 3) == 3
+    ddp = {("DdpSolution", name) for name in ("dx_dp", "du_dp", "dx_dstart", "du_dstart")}
+    assert refused >= {("Solution", "q"), ("Solution", "v")} | ddp
+    with pytest.raises(AttributeError, match="^q: only for a robot's problem; expected x$") as error:
+        block().solve(4).q
+    assert isinstance(error.value, dyntape.ArgumentError) and isinstance(error.value, dyntape.MissingError)
+    assert "not asked for" in sentence_of(lambda: block().solve_ddp(4).dx_dp, AttributeError)
+    assert "stage: q and v" in sentence_of(
+        lambda: dyntape.Problem("p", ["a"], [], 1.0, lambda s: s.q), AttributeError)
+
+
+def test_attributes_of_every_class_name_what_is_near(results):
+    for result in results:
+        kind = type(result).__name__
+        name = next(word for word in dir(type(result)) if word[0] != "_" and len(word) > 3)
+        wrong = name + "s_"
+        for call in (lambda: getattr(result, wrong), lambda: setattr(result, wrong, 1)):
+            assert sentence_of(call, AttributeError).startswith(f"{kind} has no {wrong!r}; did you mean '")
+        values = [word for word in dir(type(result)) if word[0] != "_" and not callable(getattr(type(result), word))]
+        far = sentence_of(lambda: result.zzz, AttributeError)
+        assert far == f"{kind} has no 'zzz'" + (f"; it has {', '.join(values)}" if values else "")
+
+
+def test_attributes_that_are_not_there_cannot_be_set():
+    p = block()
+    assert sentence_of(lambda: setattr(p, "gaol", [1, 0]), AttributeError) == "Problem has no 'gaol'; did you mean 'goal'?"
+    p.goal = [1, 0]
+    assert "no setter" in sentence_of(lambda: setattr(p, "terms", []), AttributeError)
+    step = dyntape.Mpc(p).step(0.0, [0.0, 0.0])
+    assert sentence_of(lambda: step.plan, AttributeError) == "MpcStep has no 'plan'; it is called t, x and u here"
+
+    class Mine(dyntape.Problem):
+        """Of a class of one's own, which has what it likes."""
+
+    mine = Mine("p", ["a"], [], 1.0, lambda s: s.x)
+    mine.note = "kept"
+    assert mine.note == "kept" and "did you mean 'goal'?" in sentence_of(lambda: mine.gaol, AttributeError)
 
 
 def test_ddp_has_the_verdict_of_other_solutions():

@@ -69,7 +69,7 @@ def test_tensors_of_a_card_copy_themselves(copy, by_dlpack):
 
 
 def test_a_tensor_of_a_card_that_cannot_be_copied():
-    with pytest.raises(TypeError, match='x: expected an array of numbers: in the memory of a card'):
+    with pytest.raises(dyntape.ArgumentError, match='x: expected an array of numbers: in the memory of a card'):
         squares()(OnCard(np.zeros((2, 4)), 'no_such_method'))
 
 

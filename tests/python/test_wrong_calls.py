@@ -11,6 +11,7 @@ import pytest
 import dyntape
 
 ARM = dyntape.load(dyntape.config_folder() / "robots" / "ur5.urdf")
+SCENE = dyntape.config_folder() / "scenes" / "pendulum.info"
 
 
 def square():
@@ -43,6 +44,19 @@ WRONG = [
 ]
 
 
+def bounded(*bounds):
+    p = car()
+    p.bound_states(*bounds)
+    return p
+
+
+def held():
+    p = ARM.problem(1)
+    p.add_squares("effort", lambda s: s.u)
+    p.start_at(np.zeros(6))
+    return p
+
+
 def plain_car():
     p = dyntape.Problem("car", ["x"], ["u"], 1.0, lambda s: s.u)
     p.add_cost("effort", lambda s: s.u[0] ** 2)
@@ -58,9 +72,8 @@ WRONG += [
     (lambda: dyntape.Mpc(car(), iterations=2**40), "Mpc: iterations is 1099511627776; expected int, below 2**31"),
     (lambda: ARM.random(2**80), "Robot.random: count is 1208925819614629174706176; expected int | None, below 2**63"),
     (lambda: ARM.random(3, seed=2**80), "Robot.random: seed is 1208925819614629174706176; expected int, below 2**63"),
-    (lambda: ARM.rnea({}, np.zeros(6), np.zeros(6)), "rnea: q: expected an array of numbers: "),
-    (lambda: ARM.rnea(np.array(["a"] * 6), np.zeros(6), np.zeros(6)), "rnea: q: expected an array of numbers: got one of dtype('<U1')"),
-    (lambda: square()(np.array([1j, 2])), "x: expected an array of numbers: "),
+    (lambda: dyntape.Scene(SCENE).rollout([0, 0], policy=lambda x: x),
+     "Scene.rollout: policy: got a Python function; expected a recorded one, dyntape.record(f, nx, n_parameters)"),
 ]
 
 
@@ -278,7 +291,6 @@ def test_long_numbers_are_told_by_their_beginning(value):
 
 # --- A wrong value of a file is one sentence, which holds ---
 
-SCENE = dyntape.config_folder() / "scenes" / "pendulum.info"
 CONTROL = dyntape.config_folder() / "control" / "arm_holds.info"
 
 
@@ -318,8 +330,24 @@ REFUSED = [
     (lambda: dyntape.Mpc(car()).sensitivities(), "expected a step before that"),
     (lambda: ARM.random(2**62), "Robot.random: count is 4611686018427387904, which no memory holds; expected at most "),
     (lambda: ARM.rnea([[0] * 6, [0] * 5], np.zeros(6), np.zeros(6)), "rnea: q: expected an array of numbers: "),
-    (lambda: setattr(car(), "start", "here"), "start: expected an array of numbers: could not convert string to float: 'here'"),
-    (lambda: car().bound_states("low"), "bound_states: expected an array of numbers: could not convert string"),
+    (lambda: ARM.rnea({}, np.zeros(6), np.zeros(6)), "rnea: q: expected an array of numbers: "),
+    *[(lambda wrong=wrong: ARM.rnea(wrong, np.zeros(6), np.zeros(6)), f"rnea: q: expected an array of numbers, got {kind}")
+      for kind, all_wrong in {
+          "text": ["abc", ["a"] * 6, b"abc", np.array(["a"] * 6), [["a"] * 6] * 2],
+          "complex ones; write a.real": [1j, [1j] * 6, (0, 0, 0, 0, 0, 1j), np.full(6, 1j), np.full((2, 6), 1j), np.complex64(1),
+              [np.complex128(1)] * 6, [[0, 0, 0, 0, 0, np.complex64(1)]]]
+      }.items() for wrong in all_wrong],
+    (lambda: square()(np.array([1j, 2])), "x: expected an array of numbers, got complex ones"),
+    (lambda: setattr(car(), "start", "here"), "start: expected an array of numbers, got text"),
+    (lambda: car().bound_states("low"), "bound_states: expected an array of numbers, got text"),
+    (lambda: car().bound_states(1, -1), "bound_states: x: lower is 1, upper is -1; expected a lower bound of at most the upper"),
+    (lambda: car().bound_controls([1], [-1]), "bound_controls: u: lower is 1, upper is -1; expected a lower bound of at most the upper"),
+    (lambda: bounded(-2, 3).bound_states(upper=-2.5), "bound_states: x: lower is -2, upper is -2.5; expected"),
+    (lambda: bounded(-2, 3).bound_states(4), "bound_states: x: lower is 4, upper is 3; expected"),
+    (lambda: car().add_inequality("w", lambda s: s.x, 1, -1), 'add_inequality("w"): lower is 1, upper is -1; expected a lower bound of at most'),
+    (lambda: car().add_inequality("w", lambda s: [s.x[0], s.u[0]], 0, [1, -1]), 'add_inequality("w"): entry 1: lower is 0, upper is -1; expected'),
+    (lambda: dyntape.Mpc(car()).step(0.0, [np.nan]), "step: x: x is nan; expected a number"),
+    (lambda: dyntape.Mpc(held()).step(0.0, [*np.zeros(7), np.inf, *np.zeros(4)]), f"step: x: {held().states[7]} is inf; expected a number"),
     (lambda: dyntape.Mpc(plain_car()), 'Mpc: "effort" is a plain cost (add_cost); expected squares of residuals (add_squares)'),
     (lambda: ARM.problem(-1), "problem: duration is -1 s; expected a positive number"),
     (lambda: ARM.problem(float("nan")), "problem: duration is nan s; expected a positive number"),
@@ -338,3 +366,12 @@ def test_what_cannot_be_meant_is_refused_in_python_words(call, sentence):
     with pytest.raises(dyntape.Error) as raised:
         call()
     assert sentence in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_refused_bounds_change_nothing():
+    p = bounded(-2, 3)
+    with pytest.raises(dyntape.ArgumentError):
+        p.bound_states(-1, [-4])
+    assert [float(side[0]) for side in p.state_bounds] == [-2, 3]
+    p.bound_states(3, 3)
+    assert p.state_bounds[0] == p.state_bounds[1]

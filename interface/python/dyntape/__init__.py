@@ -29,6 +29,7 @@ from ._dyntape import (
     Function,
     GuardViolation,
     Identification,
+    MissingError,
     Mpc,
     MpcStep,
     Nonzeros,
@@ -75,6 +76,7 @@ __all__ = [
     "Function",
     "GuardViolation",
     "Identification",
+    "MissingError",
     "Mpc",
     "MpcStep",
     "Nonzeros",
@@ -123,8 +125,9 @@ def config_folder() -> _pathlib.Path:
 
 
 _displays.show_in_notebooks(_dyntape)
-for _value in (Robot, Problem, Solution, DdpSolution, Scene, Simulation, Task, TaskSolution, Function):
-    _messages.explain_missing_attributes(_value)
+for _value in vars(_dyntape).values():  # AD and Condition are looked up in by numpy, for every operation
+    if isinstance(_value, type) and not issubclass(_value, (Exception, tuple, AD, Condition)):
+        _messages.explain_missing_attributes(_value)
 for _value in [globals()[_name] for _name in __all__]:
     if isinstance(_value, type) and _value.__module__ == _dyntape.__name__:
         _value.__module__ = __name__  # the public name, in repr and pickles

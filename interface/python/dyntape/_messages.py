@@ -7,6 +7,7 @@ import ast
 import difflib
 import re
 from collections.abc import Mapping, Sequence
+from types import FunctionType
 from typing import Any
 
 
@@ -86,6 +87,8 @@ def of_arguments(function: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) 
     if missing:
         return f"{name} needs {' and '.join(missing)}: {shape}"
     for word, value in given.items():
+        if isinstance(value, FunctionType) and "Function" in re.findall(r"\w+", known.get(word, "")):
+            return f"{name}: {word}: got a Python function; expected a recorded one, dyntape.record(f, nx, n_parameters)"
         if word in known and not _fits(value, known[word]):
             what = _shown(value) if value is None or isinstance(value, (int, float, str)) else type(value).__name__
             return f"{name}: {word} is {what}; expected {_expected(known[word], value)}"
@@ -97,58 +100,80 @@ def of_arguments(function: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) 
     return f"{name}: got {types}; expected {wanted}"
 
 
-# What the field and other libraries call a robot's functions.
+# What the field and other libraries call things, by class.
 _NAMES_HERE = {
-    "forward_dynamics": "aba",
-    "fd": "aba",
-    "acceleration": "aba",
-    "inverse_dynamics": "rnea",
-    "id": "rnea",
-    "inertia": "crba",
-    "inertia_matrix": "crba",
-    "mass_matrix": "crba",
-    "M": "crba",
-    "inverse_mass_matrix": "minverse",
-    "inverse_inertia": "minverse",
-    "bias": "nonlinear_effects",
-    "bias_force": "nonlinear_effects",
-    "coriolis": "nonlinear_effects",
-    "gravity_vector": "gravity",
-    "generalized_gravity": "gravity",
-    "kinetic_energy": "energy",
-    "potential_energy": "energy",
-    "fk": "frame_placement",
-    "forward_kinematics": "frame_placement",
-    "frame_pose": "frame_placement",
-    "pose": "frame_placement",
-    "jacobian": "frame_jacobian",
-    "inverse_kinematics": "problem(...).inverse_kinematics",
-    "ik": "problem(...).inverse_kinematics",
-    "center_of_mass": "com",
-    "centre_of_mass": "com",
-    "contact_dynamics": "constrained_dynamics",
-    "regressor": "torque_regressor",
-    "names": "joints",
-    "neutral_configuration": "neutral",
-    "random_configuration": "random",
+    "Robot": {
+        "forward_dynamics": "aba",
+        "fd": "aba",
+        "acceleration": "aba",
+        "inverse_dynamics": "rnea",
+        "id": "rnea",
+        "inertia": "crba",
+        "inertia_matrix": "crba",
+        "mass_matrix": "crba",
+        "M": "crba",
+        "inverse_mass_matrix": "minverse",
+        "inverse_inertia": "minverse",
+        "bias": "nonlinear_effects",
+        "bias_force": "nonlinear_effects",
+        "coriolis": "nonlinear_effects",
+        "gravity_vector": "gravity",
+        "generalized_gravity": "gravity",
+        "kinetic_energy": "energy",
+        "potential_energy": "energy",
+        "fk": "frame_placement",
+        "forward_kinematics": "frame_placement",
+        "frame_pose": "frame_placement",
+        "pose": "frame_placement",
+        "jacobian": "frame_jacobian",
+        "inverse_kinematics": "problem(...).inverse_kinematics",
+        "ik": "problem(...).inverse_kinematics",
+        "center_of_mass": "com",
+        "centre_of_mass": "com",
+        "contact_dynamics": "constrained_dynamics",
+        "regressor": "torque_regressor",
+        "names": "joints",
+        "neutral_configuration": "neutral",
+        "random_configuration": "random",
+    },
+    "MpcStep": {"plan": "t, x and u", "motion": "t, x and u", "tau": "u"},
+    "Solution": {"tau": "u", "motion": "t, x and u"},
+    "Problem": {"bounds": "state_bounds and control_bounds", "end": "goal", "target": "goal", "x0": "start"},
 }
 
 
-def _missing_attribute(owner: Any, name: str) -> Any:
+def _no_attribute(owner: Any, name: str) -> AttributeError:
     kind = type(owner)
-    if name.startswith("_"):
-        raise AttributeError(f"{kind.__name__} has no {name!r}", name=name, obj=owner)
-    known = [word for word in dir(kind) if not word.startswith("_")]
     text = f"{kind.__name__} has no {name!r}"
-    here = _NAMES_HERE.get(name) if kind.__name__ == "Robot" else None
-    near = difflib.get_close_matches(name, known, 1)
-    if here:
-        text += f"; it is called {here} here"
-    elif near:
-        text += f"; did you mean {near[0]!r}?"
-    raise AttributeError(text, name=name, obj=owner)
+    if not name.startswith("_"):
+        known = [word for word in dir(kind) if not word.startswith("_")]
+        here = next((words[name] for base in kind.__mro__ if name in (words := _NAMES_HERE.get(base.__name__, {}))), None)
+        near = difflib.get_close_matches(name, known, 1)
+        if here:
+            text += f"; it is called {here} here"
+        elif near:
+            text += f"; did you mean {near[0]!r}?"
+        elif values := [word for word in known if not callable(getattr(kind, word))]:
+            text += f"; it has {', '.join(values)}"
+    return AttributeError(text, name=name, obj=owner)
+
+
+def _missing_attribute(owner: Any, name: str) -> Any:
+    if hasattr(type(owner), name):  # a property that raised an AttributeError, which Python has dropped
+        return object.__getattribute__(owner, name)
+    raise _no_attribute(owner, name)
+
+
+def _set_attribute(owner: Any, name: str, value: Any) -> None:
+    try:
+        object.__setattr__(owner, name, value)
+    except AttributeError:
+        if hasattr(type(owner), name):
+            raise
+        raise _no_attribute(owner, name) from None
 
 
 def explain_missing_attributes(kind: type) -> None:
-    """Errors of unknown attributes name the nearest, or what it is called here."""
+    """Errors of unknown attributes, read or set, name the nearest, or what it is called here."""
     kind.__getattr__ = _missing_attribute  # type: ignore[attr-defined]
+    kind.__setattr__ = _set_attribute  # type: ignore[assignment,method-assign]

@@ -15,6 +15,7 @@
 #include <dyntape/interface/report/player/player.h>
 
 #include "../keywords.h"
+#include "../module.h"
 #include "../motions.h"
 #include "../problems.h"
 #include "../watch.h"
@@ -70,7 +71,7 @@ std::shared_ptr<ProblemSolution> solve_problem(std::shared_ptr<PythonProblem> p,
 }
 
 nb::object rows_of_state(const ProblemSolution& s, int first, int count, const char* what) {
-  if (!s.of->is_robot) throw ArgumentError(std::string(what) + ": only for a robot's problem; expected x");
+  if (!s.of->is_robot) throw MissingError(std::string(what) + ": only for a robot's problem; expected x");
   return rows_of(s.solution->motion.x.middleRows(first, count));
 }
 

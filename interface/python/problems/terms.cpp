@@ -92,9 +92,10 @@ void add_inequality(P& p, const std::string& name, nb::handle f, nb::handle lowe
                            Eigen::VectorXd::Zero(problem.n_a()), Eigen::VectorXd::Zero(problem.n_u())))
           .size();
   const double none = std::numeric_limits<double>::infinity();
-  add_term(p, placed(path_inequality(name, values, bound(lower, name + ": lower", n, -none),
-                                     bound(upper, name + ": upper", n, none)),
-                     where));
+  const Eigen::VectorXd least = bound(lower, name + ": lower", n, -none);
+  const Eigen::VectorXd most = bound(upper, name + ": upper", n, none);
+  check_bounds("add_inequality(\"" + name + "\")", {}, least, most);
+  add_term(p, placed(path_inequality(name, values, least, most), where));
 }
 
 const RobotScene& scene_of(const P& p, const char* what) {
