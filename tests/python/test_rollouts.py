@@ -217,11 +217,6 @@ problem.add_squares("effort", lambda s: np.concatenate([s.x, s.u]))
 problem.start = np.linspace(0.1, 1, n)
 """
 
-FUNCTION_ON_DEVICE = FUNCTION.replace("3000", "300").replace("400_000", "2_000_000") + """
-f.compile(device="opencl:0")
-f(x[:2])
-"""
-
 ON_DEVICE = SCENE.format(steps=400_000) + """
 x0 = np.zeros((1024, scene.nx))
 f, p = dyntape.record(lambda x, p: -p * x[:1], 2, 1), np.ones((1024, 1))
@@ -242,7 +237,6 @@ CALLS = {
     "rollout_gradient": (SCENE.format(steps=400_000), "scene.rollout_gradient(x0, u, weights)"),
     "rollout on a device": (ON_DEVICE, "scene.rollout(x0, u, device='opencl:0')"),
     "policy on a device": (ON_DEVICE, "scene.rollout(x0, steps=steps, policy=f, parameters=p, device='opencl:0')"),
-    "batch of a function on a device": (FUNCTION_ON_DEVICE, "f(x)"),
     "batch of a robot": (ARM, "robot.fd_derivatives(q, q, q)"),
     "batch of a function": (FUNCTION, "f(x)"),
     "compiler": (FUNCTION, "f.compile(0, route='compiled', flags=['-O3', f'-DSALT={time.time_ns()}'])"),
