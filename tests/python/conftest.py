@@ -11,6 +11,16 @@ CONFIG = ROOT / "config"
 FINGERS = ["panda_finger_joint1", "panda_finger_joint2"]
 
 
+def reason_of_absence():
+    try:
+        return "" if dyntape.devices() else "the loader of OpenCL knows no device"
+    except dyntape.ToolError as error:
+        return str(error)
+
+
+needs_device = pytest.mark.skipif(bool(reason_of_absence()), reason=reason_of_absence() or "there is one")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def at_root():
     """Docstrings name files of the tree."""

@@ -8,16 +8,7 @@ import numpy as np
 import pytest
 
 import dyntape
-
-
-def reason_of_absence():
-    try:
-        return '' if dyntape.devices() else 'the loader of OpenCL knows no device'
-    except dyntape.ToolError as error:
-        return str(error)
-
-
-needs_device = pytest.mark.skipif(bool(reason_of_absence()), reason=reason_of_absence() or 'there is one')
+from conftest import needs_device
 
 
 def swing(x, p):

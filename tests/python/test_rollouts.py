@@ -7,7 +7,7 @@ import sys
 import dyntape
 import numpy as np
 import pytest
-from conftest import CONFIG
+from conftest import CONFIG, needs_device
 
 DROPPED = CONFIG / "scenes" / "quadruped_dropped.info"
 
@@ -217,6 +217,13 @@ problem.add_squares("effort", lambda s: np.concatenate([s.x, s.u]))
 problem.start = np.linspace(0.1, 1, n)
 """
 
+ON_DEVICE = SCENE.format(steps=400_000) + """
+x0 = np.zeros((1024, scene.nx))
+f, p = dyntape.record(lambda x, p: -p * x[:1], 2, 1), np.ones((1024, 1))
+for keywords in dict(u=u[:1]), dict(steps=1, policy=f, parameters=p):
+    scene.rollout(x0, **keywords, device="opencl:0")
+"""
+
 CALLS = {
     "solve": (CHAIN.format(depth=60), "problem.solve(intervals=200)"),
     "solve_ddp": (CHAIN.format(depth=60), "problem.solve_ddp(intervals=1000, tolerance=1e-300)"),
@@ -228,6 +235,8 @@ CALLS = {
     "one world": (SCENE.format(steps=4_000_000), "scene.rollout(x0[0], u)"),
     "rollout_jacobians": (SCENE.format(steps=400_000), "scene.rollout_jacobians(x0, u)"),
     "rollout_gradient": (SCENE.format(steps=400_000), "scene.rollout_gradient(x0, u, weights)"),
+    "rollout on a device": (ON_DEVICE, "scene.rollout(x0, u, device='opencl:0')"),
+    "policy on a device": (ON_DEVICE, "scene.rollout(x0, steps=steps, policy=f, parameters=p, device='opencl:0')"),
     "batch of a robot": (ARM, "robot.fd_derivatives(q, q, q)"),
     "batch of a function": (FUNCTION, "f(x)"),
     "compiler": (FUNCTION, "f.compile(0, route='compiled', flags=['-O3', f'-DSALT={time.time_ns()}'])"),
@@ -238,7 +247,7 @@ CALLS = {
 }
 
 
-@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=needs_device) if "device" in name else name for name in CALLS])
 def test_ctrl_c_ends_it_at_once(name):
     prepare, call = CALLS[name]
     run = subprocess.run(

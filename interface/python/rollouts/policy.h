@@ -28,6 +28,7 @@ class Policy {
 
   std::size_t n_p() const { return f_->n_p(); }
   std::shared_ptr<const Function> function() const { return {f_, &f_->function}; }
+  const nb::object& given() const { return parameters_.array; }  // what parameters() points into
   // Of a world; null without parameters.
   const double* parameters(std::size_t world) const {
     return n_p() == 0 ? nullptr : parameters_.data + (worlds_ ? world * n_p() : 0);

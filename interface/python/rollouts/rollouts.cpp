@@ -148,24 +148,28 @@ void in_parts(const SceneRollout& steps, const Plan& plan, const RolloutPart& pa
   });
 }
 
+// A launch can take a second, which is left alone: it reads the plan and writes to `states`, memory of `result`.
 void roll_on_device(const PythonScene& self, const Plan& plan, const std::string& device, bool single,
-                    std::size_t every, double* states) {
+                    std::size_t every, const nb::object& result, double* states) {
   const std::shared_ptr<const DeviceRollout> rollout =
       self.steps_on(device, single, plan.policy ? plan.policy->function() : nullptr);
   const bool has_rows = plan.policy && plan.policy->worlds() && plan.policy->n_p() > 0;
-  interruptible(true, [&](const std::stop_token& stop) {
-    rollout->run({.worlds = plan.worlds,
-                  .steps = plan.steps,
-                  .every = every,
-                  .x0 = plan.x0.data,
-                  .u = plan.u.data,
-                  .p = plan.policy ? plan.policy->parameters(0) : nullptr,
-                  .states = states,
-                  .x_stride = plan.x_stride,
-                  .u_stride = plan.u_stride,
-                  .p_stride = has_rows ? plan.policy->n_p() : 0},
-                 stop);
-  });
+  const DeviceRollout::Worlds worlds{.worlds = plan.worlds,
+                                     .steps = plan.steps,
+                                     .every = every,
+                                     .x0 = plan.x0.data,
+                                     .u = plan.u.data,
+                                     .p = plan.policy ? plan.policy->parameters(0) : nullptr,
+                                     .states = states,
+                                     .x_stride = plan.x_stride,
+                                     .u_stride = plan.u_stride,
+                                     .p_stride = has_rows ? plan.policy->n_p() : 0};
+  nb::list owner;
+  owner.append(result), owner.append(plan.x0.array);
+  for (const nb::object& given : {plan.u.array, plan.policy ? plan.policy->given() : nb::object()})
+    if (given.is_valid()) owner.append(given);
+  left_alone(std::move(owner),
+             [rollout, worlds](const std::stop_token& stop) { rollout->run(worlds, stop); });
 }
 
 nb::object rollout(const PythonScene& self, nb::handle x0, nb::handle u, std::optional<std::size_t> n_steps,
@@ -182,7 +186,7 @@ nb::object rollout(const PythonScene& self, nb::handle x0, nb::handle u, std::op
   double* states = nullptr;
   nb::object result = new_array(shape, states);
   if (device) {
-    roll_on_device(self, plan, *device, single, every, states);
+    roll_on_device(self, plan, *device, single, every, result, states);
     return result;
   }
   in_parts(steps, plan, [&](std::size_t first, std::size_t count, const std::stop_token& stop) {
