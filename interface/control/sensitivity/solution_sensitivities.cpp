@@ -22,6 +22,7 @@ using Eigen::VectorXd;
 // In the units of the solve, in which numbers are near one.
 constexpr double kNothing = 1e-9;  // no bound multiplier, no distance
 constexpr double kWeak = 1e-4;     // a bound multiplier or a distance that is one of a weakly active bound
+const std::string kUnclear = "active bounds cannot be distinguished from inactive ones: a Newton step ";
 constexpr double kMostResidual = 1e-4;  // of the first-order conditions
 constexpr double kLongest = 1e-3;       // of the Newton step, beside 1 + |x|
 constexpr double kMostMissed = 1e-6;    // of rows that are not dependent, as a part of what was asked of them
@@ -381,13 +382,9 @@ class SolutionSensitivities::Held {
     for (Eigen::Index i = 0; i < n_; ++i) slope_[i] -= correction_.bound_multiplier[i];
     weigh(nlp);
     if (!(length <= kLongest)) {
-      const std::string step =
-          "a Newton step moves it by " + io::with_digits(length, 3) + ", in the units of the solve";
-      if (limits_.empty())
-        fail(SensitivityStatus::kNotASolution, "it is too far from a solution: " + step);
-      else
-        fail(SensitivityStatus::kWeaklyActive,
-             "active bounds cannot be distinguished from inactive ones: " + step);
+      fail(limits_.empty() ? SensitivityStatus::kNotASolution : SensitivityStatus::kWeaklyActive,
+           (limits_.empty() ? "it is too far from a solution: a Newton step " : kUnclear) + "moves it by " +
+               io::with_digits(length, 3) + ", in the units of the solve");
       is_smooth_ = true;
     }
     for (Eigen::Index i = 0; i < n_; ++i) {
@@ -412,16 +409,12 @@ class SolutionSensitivities::Held {
       else
         left -= limit.side * (limit.of_row ? change[i] : correction_.x[i]);
       if (left > std::max(kNothing, before / 2)) continue;
-      (limit.of_row ? weak_rows_ : weak_variables_).push_back(std::size_t(i));
-      const std::string name =
-          limit.of_row ? nlp.constraint_name(std::size_t(i)) : nlp.variable_name(std::size_t(i));
+      const auto at = std::size_t(i);
+      (limit.of_row ? weak_rows_ : weak_variables_).push_back(at);
+      const std::string name = '"' + (limit.of_row ? nlp.constraint_name(at) : nlp.variable_name(at)) + '"';
       fail(SensitivityStatus::kWeaklyActive,
-           before <= kWeak ? "\"" + name + "\" rests on a bound that has no bound multiplier"
-                           : "active bounds cannot be distinguished from inactive ones: a Newton step takes "
-                             "more than half "
-                             "of the " +
-                                 std::string(limit.is_held ? "bound multiplier" : "distance from the bound") +
-                                 " of \"" + name + "\"; solve to a smaller tolerance, or on fewer intervals");
+           before <= kWeak ? name + " rests on a bound that has no bound multiplier"
+                           : kUnclear + "takes more than half of what keeps " + name + " on its side");
       is_smooth_ = true;
     }
   }
