@@ -283,9 +283,9 @@ def test_errors_say_what_was_expected(panda, call, sentence):
 def test_what_is_no_number(panda):
     with pytest.raises(ValueError):
         panda.crba("seven")
-    with pytest.raises(TypeError):
+    with pytest.raises(dyntape.ArgumentError, match="q: expected an array of numbers"):
         panda.crba(np.zeros(7, dtype=complex))
-    with pytest.raises(TypeError):
+    with pytest.raises(TypeError, match="needs a"):
         panda.rnea(np.zeros(7), np.zeros(7))
 
 
