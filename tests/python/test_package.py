@@ -44,7 +44,7 @@ def test_examples_are_there():
 
 
 def test_types_of_the_examples():
-    mypy = [sys.executable, "-m", "mypy", "--strict", "--no-incremental"]
+    mypy = [sys.executable, "-m", "mypy", "--strict", "--no-incremental", "--cache-dir=/dev/null"]
     run = subprocess.run([*mypy, *map(str, [*PROGRAMS, TEMPLATE])], capture_output=True, text=True)
     if "No module named mypy" in run.stderr:
         pytest.skip("mypy is not installed")

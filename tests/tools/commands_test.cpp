@@ -275,6 +275,18 @@ TEST(Solve, BlockMoveToItsKnownOptimum) {
 }
 
 // A run that ends without results leaves none of an earlier one.
+TEST(Commands, RefuseAWrongNumberOfThreads) {
+  for (const char* wrong : {"zero", "0", "-3", "99999"}) {
+    setenv("DYNTAPE_THREADS", wrong, 1);
+    const auto run = run_dyntape({"info", config("robots/pendulum.urdf")});
+    unsetenv("DYNTAPE_THREADS");
+    EXPECT_EQ(run.status, 1);
+    EXPECT_NE(run.err.find("DYNTAPE_THREADS is \"" + std::string(wrong) + "\"; a number from 1 to 1024"),
+              std::string::npos)
+        << run.err;
+  }
+}
+
 TEST(Solve, WhatFailsLeavesNothingOlder) {
   const Scratch scratch;
   const std::string report = scratch / "out/report.json";

@@ -13,6 +13,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
+#include <dyntape/codegen/run/threads.h>
 
 #include "commands.h"
 #include "help.h"
@@ -122,6 +123,7 @@ std::string misspelt_command(const CLI::App& app, int argc, char** argv) {
 
 int parse(CLI::App& app, int argc, char** argv) {
   try {
+    codegen::thread_count();  // refuses a wrong DYNTAPE_THREADS, also for commands that start no threads
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) ? 2 : 0;  // 2: the command line itself is wrong
