@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Derivatives of solutions and of controllers' plans by parameters and start, against solves at moved values and closed forms."""
 
-import numpy as np
-import pytest
+import re
 
 import dyntape
+import numpy as np
+import pytest
 
 
 def solved(load=2.0, q0=0.0):
@@ -196,3 +197,18 @@ def test_a_plan_that_is_no_solution_says_so():
     assert by.good
     moved = controller().step(0.0, [1.5, 3.0 + 1e-4]), controller().step(0.0, [1.5, 3.0 - 1e-4])
     assert by.gain[0, 1] == pytest.approx((moved[0].u[0, 0] - moved[1].u[0, 0]) / 2e-4, rel=1e-4)
+
+
+def test_a_weakly_active_bound_is_at_its_bound():
+    def rate(s):
+        return [s.x[3] * np.cos(s.x[2]), s.x[3] * np.sin(s.x[2]), s.u[1], s.u[0]]
+
+    p = dyntape.Problem("car", ["x", "y", "th", "v"], ["a", "w"], 5.0, rate)
+    p.start, p.goal = [0, 0, 0, 0], [10, 0, 0, 0]
+    p.add_squares("calm", lambda s: s.u)
+    p.add_inequality("disc", lambda s: [(s.x[0] - a) ** 2 + (s.x[1] + b) ** 2 - 1 for a, b in ((3, -0.2), (7, 0.2))], 0)
+    p.bound_controls(-5, 5)
+    m = p.solve()
+    said = m.sensitivities().why
+    named = re.match(r'"([aw]) at point (\d+) .* rests on a bound', said)
+    assert not named or abs(abs(m.u[int(named[2]), "aw".index(named[1])]) - 5) < 1e-2, said

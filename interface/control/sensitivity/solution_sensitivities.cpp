@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 // In the units of the solve, in which numbers are near one.
 constexpr double kNothing = 1e-9;  // no bound multiplier, no distance
-constexpr double kWeak = 1e-4;     // a bound multiplier or a distance that is one of a weakly active bound
+constexpr double kWeak = 1e-4;     // at most, of a weakly active bound
 const std::string kUnclear = "active bounds cannot be distinguished from inactive ones: a Newton step ";
 constexpr double kMostResidual = 1e-4;  // of the first-order conditions
 constexpr double kLongest = 1e-3;       // of the Newton step, beside 1 + |x|
@@ -409,12 +409,13 @@ class SolutionSensitivities::Held {
       else
         left -= limit.side * (limit.of_row ? change[i] : correction_.x[i]);
       if (left > std::max(kNothing, before / 2)) continue;
-      const auto at = std::size_t(i);
-      (limit.of_row ? weak_rows_ : weak_variables_).push_back(at);
-      const std::string name = '"' + (limit.of_row ? nlp.constraint_name(at) : nlp.variable_name(at)) + '"';
+      (limit.of_row ? weak_rows_ : weak_variables_).push_back(std::size_t(i));
+      const std::string name = '"' + (limit.of_row ? nlp.constraint_name(i) : nlp.variable_name(i)) + '"';
       fail(SensitivityStatus::kWeaklyActive,
-           before <= kWeak ? name + " rests on a bound that has no bound multiplier"
-                           : kUnclear + "takes more than half of what keeps " + name + " on its side");
+           before <= kWeak
+               ? name + " rests on a bound that has no bound multiplier"
+               : kUnclear + "takes more than half of the " +
+                     (limit.is_held ? "bound multiplier of " : "distance to the bound of ") + name);
       is_smooth_ = true;
     }
   }
