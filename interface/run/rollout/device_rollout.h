@@ -10,9 +10,9 @@
 // In place of commands a recorded function may close the loop at the beginning of each step, u = f(x, p), with parameters of each
 // world or for all.
 //
-// States, commands and steps are those of SceneRollout (scene_rollout.h), and so are the bits, if the step calls none of the
-// elementary functions that are the device's (codegen/device/print_device.h): friction calls tanh, exponents of contacts pow.  If a world has no step, its states are NaN
-// from there on.
+// States, commands and steps are those of SceneRollout (scene_rollout.h).  The bits are the same too if the step calls no
+// elementary function of the device (codegen/device/print_device.h); friction calls tanh, exponents of contacts pow.
+// If a world has no step, its states are NaN from there on.
 //
 // Errors: those of DeviceLoop.  ArgumentError: rigid contacts or hard limits, an implicit or adaptive scheme, a
 // policy that branches on values or does not fit the scene.
