@@ -447,3 +447,9 @@ def test_a_duration_in_which_no_joint_gets_there_is_told_before_a_solve():
             warnings.simplefilter("always")
             p.solve(4, max_iterations=2)
         assert [str(w.message) for w in told] == ([said] if duration < 0.1 else [])
+
+
+def test_a_duration_of_a_task_file_is_checked_too():
+    quick = [s for s in warned("arm_reaching.info", **{"horizon.duration": 0.01, "bounds.velocities": 1}) if "has to move" in s]
+    assert len(quick) == 1 and "in 0.0100 s, and its velocity limit allows 0.0100 rad" in quick[0]
+    assert not [s for s in warned("arm_reaching.info") if "has to move" in s]
