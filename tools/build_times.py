@@ -11,6 +11,7 @@ import json
 import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -33,7 +34,11 @@ def trace_of(build, unit):
         at = words.index('-MF')
         del words[at - 3:at + 2]
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run(['clang++', *words, '-w', '-ftime-trace', '-c', found['file'], '-o', f'{folder}/unit.o'],
+        for at, word in enumerate(words):  # gcc's precompiled header lies beside the header, where clang would take it
+            if word.endswith('cmake_pch.hxx'):
+                words[at] = shutil.copy(word, folder)
+        quadmath = subprocess.run(['gcc', '-print-file-name=include'], stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
+        subprocess.run(['clang++', *words, '-idirafter', quadmath, '-w', '-ftime-trace', '-c', found['file'], '-o', f'{folder}/unit.o'],
                        cwd=found['directory'], check=True)
         return json.loads(pathlib.Path(folder, 'unit.json').read_text())['traceEvents']
 
