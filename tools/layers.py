@@ -97,9 +97,9 @@ ROOMS = {
     'interface/run/rollout': [*AUTODIFF, *DYNAMICS, *GENERATE, 'codegen/run', IO, 'interface/robot', *SYSTEM, 'interface/motion', 'interface/files/scene'],
     'interface/run/sweep': [*AUTODIFF, *DYNAMICS, *GENERATE, 'codegen/run', 'codegen/system', IO, 'interface/robot', *SYSTEM,
                             'interface/files/scene', 'interface/files/sweep', 'interface/run/simulate'],
-    'interface/run/solve': ['dynamics/model', 'dynamics/urdf', IO, 'interface/robot', *CONTROL, 'interface/motion', 'interface/report/plot',
-                            'interface/report/joints', 'interface/report/player', 'interface/files/scene', 'interface/files/task', 'interface/run/simulate'],
-    'interface/run/mpc': [*DYNAMICS, IO, 'interface/robot', *SYSTEM, *CONTROL, 'interface/motion', 'interface/report/plot',
+    'interface/run/solve': ['dynamics/model', 'dynamics/urdf', IO, 'interface/robot', *CONTROL, 'interface/motion', 'interface/motion/tied',
+                            'interface/report/plot', 'interface/report/joints', 'interface/report/player', 'interface/files/scene', 'interface/files/task', 'interface/run/simulate'],
+    'interface/run/mpc': [*DYNAMICS, IO, 'interface/robot', *SYSTEM, *CONTROL, 'interface/motion', 'interface/motion/tied', 'interface/report/plot',
                           'interface/report/player', 'interface/files', 'interface/files/info', 'interface/files/scene', 'interface/files/task',
                           'interface/run/simulate', 'interface/run/solve'],
     'interface/report': [*DYNAMICS, IO, 'interface/robot', 'interface/report/plot', 'interface/report/joints', 'interface/report/player', 'interface/files/scene',
@@ -111,7 +111,7 @@ ROOMS = {
     'tools/mpi': ['dynamics', 'codegen', 'interface', 'tools/dyntape'],
     'tests': ['autodiff', 'dynamics', 'codegen', 'interface', 'tools'],
 }
-ROOMS['interface/motion/tied'] = ROOMS['interface/motion']  # of robots with mimic joints
+ROOMS['interface/motion/tied'] = [*ROOMS['interface/motion'], 'interface/control/discretize']  # of robots with mimic joints
 ROOMS['interface/python'] = [room for room in ROOMS if room != 'tests']  # bindings of everything, which nobody includes
 ROOMS['interface/python/bridges'] = ROOMS['interface/python']  # other tools, in their terms
 ROOMS['interface/python/robots'] = ROOMS['interface/python']  # methods of a robot

@@ -19,6 +19,7 @@
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
 #include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/motion/tied/tied_joints.h>
 
 namespace dyntape {
 
@@ -405,7 +406,7 @@ Problem tracking_problem(const Task& task) {
   problem.goal.setConstant(Problem::kFree);
   std::erase_if(problem.terms,
                 [](const Term& term) { return term.where == Where::kTerminal && is_constraint(term.role); });
-  return problem;
+  return TiedJoints(task.scene).shortened(problem);
 }
 
 }  // namespace dyntape

@@ -54,9 +54,7 @@ namespace dyntape {
 
 // The specification, and the problem built from it.  Contacts have their places here.
 struct Task : TaskSpec {
-  Problem problem = {};
-  Bounds untied =
-      {};  // bounds of all states; those of `problem` are a leader's for its followers too (tied_joints.h)
+  Problem problem = {};  // of all joints; phases_of (task_phases.h) and tracking_problem have no mimic joints
   std::vector<Capsule> passed = {};  // positions of waypoints, for pictures
   // True if inverse kinematics found no configuration for the goal of a frame; costs pull the frame as close as
   // possible.
@@ -95,7 +93,7 @@ Task read_task_text(const std::string& text, const std::string& path,
                     const std::vector<io::Setting>& settings = {});
 
 // The problem with the goal as a tracking cost instead of a constraint: for controllers, and for methods without
-// constraints.  ArgumentError if no cost tracks the goal.
+// constraints.  States have no mimic joints (tied_joints.h).  ArgumentError if no cost tracks the goal.
 Problem tracking_problem(const Task& task);
 
 }  // namespace dyntape

@@ -7,7 +7,6 @@
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/motion/tied/tied_joints.h>
 
 namespace dyntape {
 
@@ -79,8 +78,6 @@ void check_ends(const Task& task) {
 void bound_motion(Task& task) {
   add_bounds(task.problem, task);
   check_ends(task);
-  task.untied = task.problem.x;
-  tie_bounds(task.scene, task.problem.x);
 }
 
 }  // namespace dyntape

@@ -9,6 +9,7 @@
 #include <dyntape/interface/motion/contact_changes.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/standing.h>
+#include <dyntape/interface/motion/tied/tied_joints.h>
 
 namespace dyntape {
 
@@ -222,10 +223,11 @@ std::vector<MeshOptions> meshes_of(const Task& task, const MeshOptions& mesh) {
 
 Phases phases_of(const Task& task) {
   Phases phases(task.name);
-  if (task.parts.empty()) phases.add(task.name, task.problem);
+  const TiedJoints tied(task.scene);
+  if (task.parts.empty()) phases.add(task.name, tied.shortened(task.problem));
   for (const Task& phase : task.parts)
-    phases.add(phase.name, phase.problem,
-               phase.impact ? impact(phase.scene, phase.robot.contacts) : StageFunction());
+    phases.add(phase.name, tied.shortened(phase.problem),
+               phase.impact ? tied.own_rows(impact(phase.scene, phase.robot.contacts)) : StageFunction());
   if (!task.closing.empty()) phases.close(task.closing);
   phases.controls = task.problem.controls;
   return phases;

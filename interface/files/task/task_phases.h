@@ -64,7 +64,8 @@ struct SunkenFoothold {
 std::vector<SunkenFoothold> sunken_footholds(const Task& task);
 
 // Phases are linked by their states: equal states, or with an impact the velocities after it, by which all closed
-// contacts come to rest at once (constraints.h).  A task without phases is one phase.
+// contacts come to rest at once (constraints.h).  A task without phases is one phase.  States have no mimic joints
+// (tied_joints.h).
 Phases phases_of(const Task& task);
 // One mesh for each phase: `mesh` with the phase's intervals.
 std::vector<MeshOptions> meshes_of(const Task& task, const MeshOptions& mesh);

@@ -39,26 +39,10 @@ std::vector<std::string> names_at(const std::vector<int>& where, const std::vect
 
 }  // namespace
 
-void tie_bounds(const RobotScene& scene, Bounds& x) {
-  const Ties ties = ties_of(scene);
-  if (ties.empty()) return;
-  const int nq = scene.model.nq, nv = scene.model.nv;
-  ties.narrow_q(x.lower.head(nq), x.upper.head(nq));
-  ties.narrow_v(x.lower.segment(nq, nv), x.upper.segment(nq, nv));
-  const auto release = [&](const std::vector<FollowedEntry>& entries, const std::vector<int>& owners,
-                           int first) {
-    for (std::size_t k = 0; k < entries.size(); ++k) {
-      if (owners[std::size_t(entries[k].index)] == int(k)) continue;
-      x.lower[first + int(k)] = -HUGE_VAL, x.upper[first + int(k)] = HUGE_VAL;
-    }
-  };
-  release(ties.q, ties.q_owners, 0);
-  release(ties.v, ties.v_owners, nq);
-}
-
 TiedJoints::TiedJoints(const RobotScene& scene) : scene_(scene), ties_(ties_of(scene)) {}
 
 StageFunction TiedJoints::of_all(const StageFunction& function) const {
+  if (ties_.empty()) return function;
   return [function, ties = ties_](const auto& s) { return function(stage_of_all(ties, s)); };
 }
 
@@ -71,12 +55,43 @@ Term TiedJoints::of_all(Term term) const {
 VectorXd TiedJoints::all_q(const VectorXd& q) const { return ties_.all_q(q); }
 VectorXd TiedJoints::all_v(const VectorXd& v) const { return ties_.all_v(v); }
 VectorXd TiedJoints::own_q(const VectorXd& all) const { return ties_.own_q(all); }
-VectorXd TiedJoints::own_x(const VectorXd& all) const { return own_state(ties_, all); }
+VectorXd TiedJoints::own_x(const VectorXd& all) const { return ties_.empty() ? all : own_state(ties_, all); }
+VectorXd TiedJoints::all_x(const VectorXd& x) const {
+  return ties_.empty() ? x : stage_of_all<double>(ties_, {0, x, {}, {}, {}}).x;
+}
+
+StageFunction TiedJoints::own_rows(const StageFunction& function) const {
+  if (ties_.empty()) return function;
+  return [function, ties = ties_](const auto& s) { return own_state(ties, function(stage_of_all(ties, s))); };
+}
+
+Trajectory TiedJoints::of_all(Trajectory motion) const {
+  if (ties_.empty()) return motion;
+  Eigen::MatrixXd x(scene_.model.nq + scene_.model.nv, motion.points());
+  Eigen::MatrixXd a(motion.a.rows() > 0 ? scene_.model.nv : 0, motion.points());
+  for (Eigen::Index p = 0; p < motion.points(); ++p) {
+    x.col(p) = all_x(motion.x.col(p));
+    if (a.rows() > 0) a.col(p) = all_v(motion.a.col(p));
+  }
+  motion.x = std::move(x), motion.a = std::move(a);
+  return motion;
+}
+
+int TiedJoints::index_in_all(int own) const {
+  if (ties_.empty() || own < 0) return own;
+  return own < nq() ? ties_.q_owners[std::size_t(own)]
+                    : scene_.model.nq + ties_.v_owners[std::size_t(own - nq())];
+}
+
+Bounds TiedJoints::own_bounds(Bounds all) const {
+  const int nq = scene_.model.nq, nv = scene_.model.nv;
+  ties_.narrow_q(all.lower.head(nq), all.upper.head(nq));
+  ties_.narrow_v(all.lower.segment(nq, nv), all.upper.segment(nq, nv));
+  return {own_x(all.lower), own_x(all.upper)};
+}
 
 Problem TiedJoints::shortened(const Problem& all) const {
-  const auto own_rows = [this](const StageFunction& f) -> StageFunction {
-    return [f, ties = ties_](const auto& s) { return own_state(ties, f(stage_of_all(ties, s))); };
-  };
+  if (ties_.empty()) return all;
   std::vector<std::string> states = names_at(ties_.q_owners, all.states);
   for (const std::string& name : names_at(ties_.v_owners, all.states, scene_.model.nq))
     states.push_back(name);
@@ -92,9 +107,7 @@ Problem TiedJoints::shortened(const Problem& all) const {
   own.parameters = all.parameters;
   own.u = all.u;
   if (all.a.lower.size() > 0) own.a = {ties_.own_v(all.a.lower), ties_.own_v(all.a.upper)};
-  Bounds x = all.x;
-  tie_bounds(scene_, x);
-  own.x = {own_x(x.lower), own_x(x.upper)};
+  own.x = own_bounds(all.x);
   take_ends(own, all);
   if (all.guess)
     own.guess = [guess = all.guess, ties = ties_](double t) {
@@ -107,10 +120,7 @@ Problem TiedJoints::shortened(const Problem& all) const {
   if (all.most_typical.size() > 0) own.most_typical = own_x(all.most_typical);
   if (all.difference) {
     own.difference = [f = all.difference, *this](const VectorXd& from, const VectorXd& x) {
-      const auto whole = [this](const VectorXd& of) {
-        return stage_of_all<double>(ties_, {0, of, {}, {}, {}}).x;
-      };
-      return own_x(f(whole(from), whole(x)));
+      return own_x(f(all_x(from), all_x(x)));
     };
   }
   return own;
@@ -140,9 +150,9 @@ void TiedJoints::set_ends(Problem& problem, const std::function<void(Problem&)>&
 void TiedJoints::set_bounds(Problem& problem, const std::function<void(Problem&)>& set) const {
   Problem all = of_all_joints();
   set(all);
-  tie_bounds(scene_, all.x);
-  problem.x.lower = problem.x.lower.cwiseMax(own_x(all.x.lower));
-  problem.x.upper = problem.x.upper.cwiseMin(own_x(all.x.upper));
+  const Bounds own = own_bounds(all.x);
+  problem.x.lower = problem.x.lower.cwiseMax(own.lower);
+  problem.x.upper = problem.x.upper.cwiseMin(own.upper);
 }
 
 }  // namespace dyntape

@@ -8,6 +8,7 @@
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_terms.h>
+#include <dyntape/interface/motion/tied/tied_joints.h>
 #include <dyntape/interface/run/simulate/scene_plant.h>
 #include <dyntape/interface/run/solve/limits.h>
 #include <dyntape/interface/run/solve/pictures.h>
@@ -39,6 +40,14 @@ std::string why_fallen(double t, const Eigen::VectorXd& x, double least) {
   return upright < 0.5 ? fell + "leans by more than 60 degrees" : "";
 }
 
+// The change of the state by a change of all velocities (all joints).
+Eigen::VectorXd own_change(const Task& task, const TiedJoints& tied, const Eigen::VectorXd& v) {
+  const int nq = task.scene.model.nq;
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(task.problem.n_x());
+  change.segment(nq, v.size()) = v;
+  return tied.own_x(change);
+}
+
 // Null: the plan is the plant, or a stop request came first, so that the loop makes no step.
 std::shared_ptr<ScenePlant> plant_of(const Task& task, const std::stop_token& stop) {
   if (!task.control.plant) return nullptr;
@@ -66,10 +75,14 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
         "task \"" + task.name +
         "\": its scene has rigid contacts, whose forces a controller would take for motors; expected a "
         "task without them, or `dyntape solve`");
+  const TiedJoints tied(task.scene);
   ClosedLoopOptions options = loop_options(task.control, stop, watch);
   if (const auto plant = plant_of(task, stop)) {
-    options.plant = [plant](Eigen::VectorXd& x, double from, double to, const auto& control) {
-      return plant->move(x, from, to, control);
+    options.plant = [plant, &tied](Eigen::VectorXd& x, double from, double to, const auto& control) {
+      Eigen::VectorXd all = tied.all_x(x);
+      const auto moved = plant->move(all, from, to, control);
+      x = tied.own_x(all);
+      return moved;
     };
   }
   if (task.control.fallen > 0)
@@ -78,18 +91,14 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
     };
   for (const Task::Control::Disturbance& push : task.control.disturbances) {
     if (!push.frame.empty()) {
-      options.disturbances.push_back({push.at, {}, [&task, push](const Eigen::VectorXd& x) {
-                                        const int nq = task.scene.model.nq;
-                                        Eigen::VectorXd change = Eigen::VectorXd::Zero(x.size());
-                                        change.segment(nq, task.scene.model.nv) =
-                                            push.v + struck(task.scene, x.head(nq), push.frame, push.impulse);
-                                        return change;
-                                      }});
+      options.disturbances.push_back(
+          {push.at, {}, [&task, &tied, push](const Eigen::VectorXd& x) {
+             const Eigen::VectorXd q = tied.all_x(x).head(task.scene.model.nq);
+             return own_change(task, tied, push.v + struck(task.scene, q, push.frame, push.impulse));
+           }});
       continue;
     }
-    Eigen::VectorXd change = Eigen::VectorXd::Zero(task.problem.n_x());
-    change.segment(task.scene.model.nq, push.v.size()) = push.v;
-    options.disturbances.push_back({push.at, change});
+    options.disturbances.push_back({push.at, own_change(task, tied, push.v)});
   }
   options.mpc.mesh = task.optimise.mesh;
   // Along an arm that is stretched towards what it cannot reach, Gauss-Newton's Hessian has no curvature: what bends the
@@ -101,9 +110,10 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   Off off = {task.aim.what, task.aim.unit, {}};
   if (task.aim.off)
     off.at = [&](const Trajectory& motion, int point) {
-      return task.aim.off(motion.t[point], motion.x.col(point));
+      return task.aim.off(motion.t[point], tied.all_x(motion.x.col(point)));
     };
   ControlReport report = report_loop(tracking_problem(task), options, off);
+  report.loop.motion = tied.of_all(std::move(report.loop.motion));
   report.task = task.name, report.most_late = task.control.late;
   report.beyond.emplace();
   for (const LimitExcess& excess : limit_excesses(task, report.loop.motion))

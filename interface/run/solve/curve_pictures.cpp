@@ -56,7 +56,7 @@ DrawnBounds drawn_bounds(const Task& task) {
   limit_positions(robot, task.scene);
   limit_velocities(robot, task.scene);
   limit_efforts(robot, task.scene, task.robot.unit);
-  DrawnBounds drawn{or_else(task.untied, robot.x), or_else(task.problem.u, robot.u)};
+  DrawnBounds drawn{or_else(task.problem.x, robot.x), or_else(task.problem.u, robot.u)};
   if (task.robot.unit != ControlUnit::kFraction) return drawn;
   const std::vector<int> driven = actuated_dofs(task.scene);
   for (std::size_t k = 0; k < driven.size(); ++k) {

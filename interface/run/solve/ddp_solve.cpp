@@ -84,6 +84,7 @@ class DdpRounds : SolveRounds {
       ++moment_.refinement, moment_.intervals *= 2;
       begin_at(report_.solution.motion);
     }
+    report_.solution = of_all_joints(std::move(report_.solution));
     return std::move(report_);
   }
 
@@ -172,7 +173,7 @@ class DdpRounds : SolveRounds {
     note(solution, solution.nlp.times.total + solution.verify_seconds);
     facts_ = {};
     facts_.slope = found.iterations.empty() ? std::nan("") : found.iterations.back().slope;
-    look_at_goal(task_, solution.motion, facts_);
+    look_at_goal(task_, tied_.of_all(solution.motion), facts_);
     if (found.is_saddle) solution.nlp.stationary_point = StationaryPoint::kNotMinimum;
     if (is_exact_ && found.converged()) {
       facts_.is_minimum = found.is_minimum;
@@ -184,7 +185,7 @@ class DdpRounds : SolveRounds {
 
   void take(Solution solution) {
     report_.solution = std::move(solution);
-    report_.excesses = limit_excesses(task_, report_.solution.motion);
+    report_.excesses = limit_excesses(task_, tied_.of_all(report_.solution.motion));
     report_.ddp = facts_;
     report_.active = controls_at_limits(problem_, report_.solution.motion);
     report_.sizes.points = std::size_t(report_.solution.motion.points());

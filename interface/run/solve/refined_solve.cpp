@@ -93,6 +93,7 @@ class Rounds : SolveRounds {
     report_.sizes = sizes_of(program_->program(), program_->shape());
     report_.active = active_names(*program_, report_.solution.nlp);
     report_.refinement_trouble = report_.solution.refinement_trouble;
+    report_.solution = of_all_joints(std::move(report_.solution));
     return std::move(report_);
   }
 
@@ -169,9 +170,9 @@ class Rounds : SolveRounds {
     report_.are_limits_checked = !watch_.stop.stop_requested();
     report_.excesses.clear();
     if (!report_.are_limits_checked) return;
-    report_.excesses = excesses_of(task_, solution);
-    if (task_.simulated)
-      report_.simulated = simulate_contacts(task_, solution.motion, relaxation_, watch_.stop);
+    const Solution all = of_all_joints(solution);
+    report_.excesses = excesses_of(task_, all);
+    if (task_.simulated) report_.simulated = simulate_contacts(task_, all.motion, relaxation_, watch_.stop);
   }
 
   void note(const Solution& s) {

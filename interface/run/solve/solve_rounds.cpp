@@ -30,7 +30,7 @@ class CompileProgress {
 };
 
 SolveRounds::SolveRounds(const Task& task, const SolveWatch& watch)
-    : task_(task), watch_(watch), progress_(std::make_shared<CompileProgress>()) {
+    : task_(task), tied_(task.scene), watch_(watch), progress_(std::make_shared<CompileProgress>()) {
   report_.demands = task.demands;
 }
 
@@ -52,6 +52,13 @@ void SolveRounds::watch_compilers(CodegenOptions& options) {
     progress->show_in(moment);
     tell(moment);
   };
+}
+
+Solution SolveRounds::of_all_joints(Solution solution) const {
+  solution.motion = tied_.of_all(std::move(solution.motion));
+  for (SolvedPhase& phase : solution.phases) phase.motion = tied_.of_all(std::move(phase.motion));
+  solution.verification.miss_index = tied_.index_in_all(solution.verification.miss_index);
+  return solution;
 }
 
 void SolveRounds::check_not_stopped() const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The common part of a task's solves on a sequence of meshes: report, limits for all of them, and observers, also of
-// compilers.
+// compilers.  Solvers have no mimic joints; the report's motions have all joints (tied_joints.h).
 //
 // A function is compiled in pieces.  The estimated time is the mean time of the finished pieces times the number of
 // remaining ones.
@@ -10,6 +10,7 @@
 #include <memory>
 
 #include <dyntape/interface/control/discretize/evaluation.h>
+#include <dyntape/interface/motion/tied/tied_joints.h>
 #include <dyntape/interface/run/solve/solve_report.h>
 #include <dyntape/interface/run/solve/watch.h>
 
@@ -28,8 +29,10 @@ class SolveRounds {
   void check_not_stopped() const;  // Interrupted
   // The result of a mesh, with its time.
   void note(const Solution& solution, double seconds, double relaxation = 0);
+  Solution of_all_joints(Solution solution) const;
 
   const Task& task_;
+  const TiedJoints tied_;
   const SolveWatch& watch_;
   SolveReport report_;
   SolveMoment moment_{SolveStage::kRecording};

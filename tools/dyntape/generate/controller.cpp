@@ -10,7 +10,6 @@
 #include <dyntape/interface/control/printed/controller.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/motion/tied/tied_joints.h>
 
 #include "../words.h"
 
@@ -112,8 +111,7 @@ void run_controller(const ControllerCommand& options) {
   how.name = task.name;
   how.iterations = options.iterations;
   how.target_bytes = options.target_bytes;
-  Problem problem = tracking_problem(task);
-  if (!task.scene.mimics.empty()) problem = TiedJoints(task.scene).shortened(problem);
+  const Problem problem = tracking_problem(task);
   how.stack = stack_of(generate_controller(problem, how), options.cross);
   const PrintedController c = generate_controller(problem, how);
   const std::vector<std::string> files = write_source(c.source, options.output);

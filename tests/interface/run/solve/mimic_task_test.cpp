@@ -5,8 +5,7 @@
 
 #include <numbers>
 
-#include <dyntape/interface/control/solve/solve.h>
-#include <dyntape/interface/motion/tied/tied_joints.h>
+#include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/run/mpc/mpc_task.h>
 #include <dyntape/interface/run/solve/solve.h>
 
@@ -75,23 +74,51 @@ TEST_F(MimicTasks, PendulumsSwingToTheirGoal) {
   EXPECT_NEAR(costs[0], costs[1], 1e-3 * costs[0]);
 }
 
-TEST_F(MimicTasks, ShortProblemsHaveTheSameOptimum) {
-  Pendulums of;
-  for (const char* more : {"", "waypoints { waypoint turn { at 0.5  q { a 0.4 } } }\n"}) {
-    put(of.urdf(), "horizon { duration 1.5  intervals 30 }\ncosts { control 1 }\nbounds { velocities 4 }\n" +
-                       std::string(more) + ends("0", "2"));
-    const Task task = read();
-    const SolveReport report = solve_task(task);
-    ASSERT_TRUE(report.success()) << report.text();
-    const Problem own = TiedJoints(task.scene).shortened(task.problem);
-    EXPECT_EQ(own.states, (std::vector<std::string>{"q.a", "v.a"}));
-    SolveOptions options;
-    options.mesh = task.optimise.mesh;
-    const Solution s = solve(own, options);
-    ASSERT_TRUE(s.success());
-    EXPECT_NEAR(s.cost(), report.solution.cost(), 1e-3 * s.cost());
-    EXPECT_LE(s.motion.x.row(1).maxCoeff(), std::min(4.0, 4 / of.ratio) + 1e-6);
-  }
+// The follower, which is the faster one, is at the bound of velocities.
+TEST_F(MimicTasks, SolversHaveTheIndependentJointsOnly) {
+  const Pendulums of;
+  put(of.urdf(), "horizon { duration 1.5  intervals 30 }\ncosts { control 1 }\nbounds { velocities 3 }\n" +
+                     ends("0", "2"));
+  const Task task = read();
+  const Phases phases = phases_of(task);
+  EXPECT_EQ(phases.phases.at(0).problem.states, (std::vector<std::string>{"q.a", "v.a"}));
+  const SolveReport report = solve_task(task);
+  ASSERT_TRUE(report.success()) << report.text();
+  expect_tied(task, report.solution.motion, of.ratio, of.offset);
+  EXPECT_NEAR(report.solution.motion.x.row(3).maxCoeff(), 3, 1e-6);
+  EXPECT_TRUE(report.excesses.empty());
+  EXPECT_EQ(report.open_loop_unit, report.solution.verification.miss_state == "v.a" ? " rad/s" : " rad");
+}
+
+// The same closed form.
+TEST_F(MimicTasks, AreSolvedByDynamicProgramming) {
+  const Sliders of;
+  put(of.urdf(),
+      "effects { gravity off }\nhorizon { duration 2  intervals 200 }\n"
+      "transcription { scheme runge-kutta-4 }\nsolver { method ddp }\n"
+      "costs { control 1  tracking { end { q 1e7  v 1e7 } } }\n" +
+          ends("0.1", "0.6"));
+  const Task task = read();
+  const SolveReport report = solve_task(task);
+  ASSERT_TRUE(report.success()) << report.text();
+  expect_tied(task, report.solution.motion, of.ratio, of.offset);
+  EXPECT_NEAR(report.solution.cost(), 12 * of.mass() * of.mass() * 0.25 / 8, 1e-4);
+}
+
+TEST_F(MimicTasks, PhasesAreOfTheIndependentJoints) {
+  const Sliders of;
+  put(of.urdf(),
+      "effects { gravity off }\nhorizon { duration 1  intervals 10 }\ncosts { control 1 }\n"
+      "phases { phase out { duration 1  intervals 10  goal { q { a -0.3 } } }  phase back { duration 1  "
+      "intervals 10 } "
+      "}\n" +
+          ends("0.1", "0.6"));
+  const SolveReport report = solve_task(read());
+  ASSERT_TRUE(report.success()) << report.text();
+  for (const SolvedPhase& phase : report.solution.phases)
+    expect_tied(read(), phase.motion, of.ratio, of.offset);
+  const Trajectory& out = report.solution.phases[0].motion;
+  EXPECT_NEAR(out.x(1, out.points() - 1), of.ratio * -0.3 + of.offset, 1e-7);
 }
 
 TEST_F(MimicTasks, WaypointsAreOfTheLeaders) {
@@ -112,11 +139,10 @@ TEST_F(MimicTasks, LeadersKeepTheLimitsOfTheirFollowers) {
   of.ratio = 2, of.offset = -1;
   of.limit_a = "lower='-3' upper='0.5'", of.limit_b = "lower='-1' upper='0.4'";
   put(of.urdf(), "horizon { duration 2  intervals 10 }\ncosts { control 1 }\n" + ends("0.1", "0.4"));
-  const Bounds x = read().problem.x;
+  const Bounds x = phases_of(read()).phases.at(0).problem.x;
   EXPECT_NEAR(x.lower[0], 0, 1e-12);
   EXPECT_NEAR(x.upper[0], 0.5, 1e-12);
-  EXPECT_EQ(x.upper[1], HUGE_VAL);
-  EXPECT_NEAR(x.upper[2], 25, 1e-12);  // half of 50 m/s
+  EXPECT_NEAR(x.upper[1], 25, 1e-12);  // half of 50 m/s
   replace("q { a 0.1 }", "q { a -0.1 }");
   EXPECT_EQ(message(),
             (folder_ / "task.info").string() +
