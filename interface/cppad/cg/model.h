@@ -198,10 +198,7 @@ class GenericModel {
     into(values, [&](Out out) { jacobian_values(in(x), out); });
     copy_sizes(jacobian_rows(), row), copy_sizes(jacobian_cols(), col);
   }
-  void SparseJacobian(In x, Out values, const std::size_t** row, const std::size_t** col) const {
-    jacobian_values(x, values);
-    *row = jacobian_rows().data(), *col = jacobian_cols().data();
-  }
+  void SparseJacobian(In x, Out values, const std::size_t** row, const std::size_t** col) const;
   template <class Vector>
   Vector SparseHessian(const Vector& x, const Vector& w) const {
     return made<Vector>(Domain() * Domain(), [&](Out H) { spread_hessian(in(x), in(w), H); });
@@ -213,10 +210,7 @@ class GenericModel {
     into(values, [&](Out out) { hessian_values(in(x), in(w), out); });
     copy_sizes(hessian_rows(), row), copy_sizes(hessian_cols(), col);
   }
-  void SparseHessian(In x, In w, Out values, const std::size_t** row, const std::size_t** col) const {
-    hessian_values(x, w, values);
-    *row = hessian_rows().data(), *col = hessian_cols().data();
-  }
+  void SparseHessian(In x, In w, Out values, const std::size_t** row, const std::size_t** col) const;
 
   // --- patterns ---
   void JacobianSparsity(Sizes& row, Sizes& col) const { row = jacobian_rows(), col = jacobian_cols(); }
