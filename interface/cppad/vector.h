@@ -17,6 +17,7 @@
 #include <ostream>
 #include <string>
 #include <utility>
+#include <vector>
 
 // The names are in namespace CppAD, so that programs may open and specialise it.  The inline namespace makes their
 // symbols differ from those of programs that are compiled with CppAD's own headers.
@@ -30,6 +31,25 @@ namespace CppAD::inline dyntape_names {
 namespace detail {
 using namespace ::dyntape;  // this layer is written over dyntape's graph
 [[noreturn]] void refuse(const std::string& sentence);
+[[noreturn]] void refuse_size(const std::string& what, std::size_t got, std::size_t expected);
+[[noreturn]] void refuse_index(const std::string& what, std::size_t i, std::size_t n);
+// The entries of a vector of any class.
+template <class To, class Vector>
+std::vector<To> copied(const Vector& v) {
+  const auto n = static_cast<std::size_t>(v.size());
+  std::vector<To> entries;
+  entries.reserve(n);
+  for (std::size_t i = 0; i < n; ++i) entries.push_back(static_cast<To>(v[i]));
+  return entries;
+}
+// ArgumentError: "<what> has <got> entries, expected <expected>".
+inline void check_size(const char* what, std::size_t got, std::size_t expected) {
+  if (got != expected) refuse_size(what, got, expected);
+}
+// ArgumentError: "<what> <i> does not exist; there are <n>".
+inline void check_index(const char* what, std::size_t i, std::size_t n) {
+  if (i >= n) refuse_index(what, i, n);
+}
 
 // A pointer as a class, because programs expect a class for iterators.
 template <class Type>
@@ -158,11 +178,7 @@ class vector {
   }
 
  private:
-  void check(std::size_t i) const {
-    if (i < size_) return;
-    detail::refuse("vector: element " + std::to_string(i) + " does not exist; there are " +
-                   std::to_string(size_));
-  }
+  void check(std::size_t i) const { detail::check_index("vector: element", i, size_); }
   void grow(std::size_t n) {
     std::unique_ptr<Type[]> larger(new Type[n]());
     for (std::size_t i = 0; i < size_; ++i) larger[i] = std::move(data_[i]);

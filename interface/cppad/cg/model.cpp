@@ -22,8 +22,7 @@ namespace {
 }
 [[noreturn, gnu::noinline, gnu::cold]] void refuse_size(const ModelState& state, const char* what,
                                                         std::size_t got, std::size_t expected) {
-  detail::refuse("model \"" + state.name + "\": " + what + " has " + std::to_string(got) +
-                 " entries, expected " + std::to_string(expected));
+  detail::refuse_size("model \"" + state.name + "\": " + what, got, expected);
 }
 inline void require_created(const ModelState& state, bool created, const char* what) {
   if (!created) refuse_missing(state, what);
@@ -290,9 +289,7 @@ void GenericModel<Base>::spread_hessian(In x, In w, Out H) const {
 }
 template <class Base>
 Doubles GenericModel<Base>::weight(std::size_t i) const {
-  if (i >= Range())
-    detail::refuse("model \"" + state_->name + "\": result " + std::to_string(i) +
-                   " does not exist; there are " + std::to_string(Range()));
+  if (i >= Range()) detail::refuse_index("model \"" + state_->name + "\": result", i, Range());
   Doubles w(Range(), 0.0);
   w[i] = 1;
   return w;

@@ -55,9 +55,7 @@ class ArrayView {
   bool empty() const { return size_ == 0; }
   Type& operator[](std::size_t i) const { return data_[i]; }
   Type& at(std::size_t i) const {
-    if (i >= size_)
-      detail::refuse("ArrayView: element " + std::to_string(i) + " does not exist; there are " +
-                     std::to_string(size_));
+    detail::check_index("ArrayView: element", i, size_);
     return data_[i];
   }
   Type* begin() const { return data_; }
@@ -66,9 +64,7 @@ class ArrayView {
  private:
   template <class Other>
   void copy(const ArrayView<Other>& other) {
-    if (other.size() != size_)
-      detail::refuse("ArrayView: got " + std::to_string(other.size()) + " elements, expected " +
-                     std::to_string(size_));
+    detail::check_size("ArrayView: the other", other.size(), size_);
     for (std::size_t i = 0; i < size_; ++i) data_[i] = other.data()[i];
   }
 
@@ -250,9 +246,7 @@ class GenericModel {
     if constexpr (kIsContiguous<Vector>) {
       return In(v.data(), std::size_t(v.size()));
     } else {
-      Doubles copy(std::size_t(v.size()));
-      for (std::size_t i = 0; i < copy.size(); ++i) copy[i] = v[i];
-      return copy;
+      return detail::copied<double>(v);
     }
   }
   // write(view) computes the entries of a vector.
