@@ -76,7 +76,7 @@ class SparseCalls {
   template <class BoolVector, class V>
   void rev_hes_sparsity(const BoolVector& select_range, bool transpose, bool /*internal_bool*/,
                         sparse_rc<V>& S) {
-    check_size("rev_hes_sparsity: select_range", select_range.size(), fun().range());
+    check_size("rev_hes_sparsity: the size of select_range", select_range.size(), fun().range());
     if (for_jac_.sets.empty())
       refuse("rev_hes_sparsity: for_jac_sparsity comes first, and has not been called");
     to_rc(product(sets_of(fun().hessian_pattern(bools_of(select_range))), for_jac_), transpose, S);
@@ -84,8 +84,8 @@ class SparseCalls {
   template <class BoolVector, class V>
   void for_hes_sparsity(const BoolVector& select_domain, const BoolVector& select_range,
                         bool /*internal_bool*/, sparse_rc<V>& S) {
-    check_size("for_hes_sparsity: select_domain", select_domain.size(), fun().domain());
-    check_size("for_hes_sparsity: select_range", select_range.size(), fun().range());
+    check_size("for_hes_sparsity: the size of select_domain", select_domain.size(), fun().domain());
+    check_size("for_hes_sparsity: the size of select_range", select_range.size(), fun().range());
     Sets h = sets_of(fun().hessian_pattern(bools_of(select_range)));
     keep_selected(h, bools_of(select_domain), bools_of(select_domain));
     to_rc(h, false, S);
@@ -93,8 +93,8 @@ class SparseCalls {
   template <class BoolVector, class V>
   void subgraph_sparsity(const BoolVector& select_domain, const BoolVector& select_range, bool transpose,
                          sparse_rc<V>& S) {
-    check_size("subgraph_sparsity: select_domain", select_domain.size(), fun().domain());
-    check_size("subgraph_sparsity: select_range", select_range.size(), fun().range());
+    check_size("subgraph_sparsity: the size of select_domain", select_domain.size(), fun().domain());
+    check_size("subgraph_sparsity: the size of select_range", select_range.size(), fun().range());
     Sets j = sets_of(fun().kept_pattern(true));
     keep_selected(j, bools_of(select_range), bools_of(select_domain));
     to_rc(j, transpose, S);
@@ -181,7 +181,7 @@ class SparseCalls {
   // dw[j q + k] for the variables j in col.
   template <class BoolVector>
   requires(!std::is_arithmetic_v<BoolVector>) void subgraph_reverse(const BoolVector& select_domain) {
-    check_size("subgraph_reverse: select_domain", select_domain.size(), fun().domain());
+    check_size("subgraph_reverse: the size of select_domain", select_domain.size(), fun().domain());
     subgraph_domain_ = bools_of(select_domain);
   }
   template <class BaseVector, class SizeVector>

@@ -42,7 +42,7 @@ std::vector<To> copied(const Vector& v) {
   for (std::size_t i = 0; i < n; ++i) entries.push_back(static_cast<To>(v[i]));
   return entries;
 }
-// ArgumentError: "<what> has <got> entries, expected <expected>".
+// ArgumentError: "<what>: got <got>, expected <expected>".
 inline void check_size(const char* what, std::size_t got, std::size_t expected) {
   if (got != expected) refuse_size(what, got, expected);
 }

@@ -22,7 +22,7 @@ namespace {
 }
 [[noreturn, gnu::noinline, gnu::cold]] void refuse_size(const ModelState& state, const char* what,
                                                         std::size_t got, std::size_t expected) {
-  detail::refuse_size("model \"" + state.name + "\": " + what, got, expected);
+  detail::refuse_size("model \"" + state.name + "\": the size of " + what, got, expected);
 }
 inline void require_created(const ModelState& state, bool created, const char* what) {
   if (!created) refuse_missing(state, what);

@@ -64,7 +64,7 @@ class ArrayView {
  private:
   template <class Other>
   void copy(const ArrayView<Other>& other) {
-    detail::check_size("ArrayView: the other", other.size(), size_);
+    detail::check_size("ArrayView: the size of the other", other.size(), size_);
     for (std::size_t i = 0; i < size_; ++i) data_[i] = other.data()[i];
   }
 

@@ -221,8 +221,8 @@ class GraphReader {
       places.push_back({variable, block.size()});
       block.push_back(S(0));
     };
-    check("from_graph: dyn2var", to_variable.size(), graph_.n_dynamic_ind_get());
-    check("from_graph: var2dyn", to_dynamic.size(), graph_.n_variable_ind_get());
+    check("from_graph: the size of dyn2var", to_variable.size(), graph_.n_dynamic_ind_get());
+    check("from_graph: the size of var2dyn", to_dynamic.size(), graph_.n_variable_ind_get());
     for (std::size_t j = 0; j < graph_.n_dynamic_ind_get(); ++j)
       enter(to_variable.size() > 0 && to_variable[j]);
     for (std::size_t j = 0; j < graph_.n_variable_ind_get(); ++j)
