@@ -44,7 +44,7 @@ using Entry = std::remove_cvref_t<decltype(std::declval<Vector&>()[0])>;
 
 template <class Vector>
 std::vector<Entry<Vector>> entries_of(const Vector& v) {
-  return copied<Entry<Vector>>(v);
+  return copied<std::vector<Entry<Vector>>>(v);
 }
 
 template <class ADVector, class DynamicVector>
@@ -302,13 +302,11 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   const std::shared_ptr<detail::Fun<Base>>& shared_core() const { return fun_; }
   template <class Vector>
   static std::vector<Base> values(const Vector& v) {
-    return detail::copied<Base>(v);
+    return detail::copied<std::vector<Base>>(v);
   }
   template <class Vector>
   static Vector made(const std::vector<Base>& values) {
-    Vector v(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i) v[i] = values[i];
-    return v;
+    return detail::copied<Vector>(values);
   }
 
  private:

@@ -33,14 +33,13 @@ using namespace ::dyntape;  // this layer is written over dyntape's graph
 [[noreturn]] void refuse(const std::string& sentence);
 [[noreturn]] void refuse_size(const std::string& what, std::size_t got, std::size_t expected);
 [[noreturn]] void refuse_index(const std::string& what, std::size_t i, std::size_t n);
-// The entries of a vector of any class.
-template <class To, class Vector>
-std::vector<To> copied(const Vector& v) {
-  const auto n = static_cast<std::size_t>(v.size());
-  std::vector<To> entries;
-  entries.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) entries.push_back(static_cast<To>(v[i]));
-  return entries;
+// A vector of any class as one of another class.
+template <class To, class From>
+To copied(const From& from) {
+  const auto n = static_cast<std::size_t>(from.size());
+  To to(n);
+  for (std::size_t i = 0; i < n; ++i) to[i] = static_cast<typename To::value_type>(from[i]);
+  return to;
 }
 // ArgumentError: "<what>: got <got>, expected <expected>".
 inline void check_size(const char* what, std::size_t got, std::size_t expected) {

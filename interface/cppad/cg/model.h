@@ -246,7 +246,7 @@ class GenericModel {
     if constexpr (kIsContiguous<Vector>) {
       return In(v.data(), std::size_t(v.size()));
     } else {
-      return detail::copied<double>(v);
+      return detail::copied<Doubles>(v);
     }
   }
   // write(view) computes the entries of a vector.

@@ -33,11 +33,11 @@ bool uses_symmetry(const std::string& coloring);
 
 template <class V>
 std::vector<std::size_t> sizes_of(const V& v) {
-  return copied<std::size_t>(v);
+  return copied<std::vector<std::size_t>>(v);
 }
 template <class V>
 std::vector<bool> bools_of(const V& v) {
-  return copied<bool>(v);
+  return copied<std::vector<bool>>(v);
 }
 
 template <class V>
