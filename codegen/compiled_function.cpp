@@ -95,6 +95,11 @@ bool CompiledFunction::run_without_workspace(Order order, const Points& point, V
   return !builder_ && tiers_->first().run_on_stack(order, point, violation);
 }
 
+dyntape_run CompiledFunction::kernel_without_workspace(Order order) const {
+  require(order, "evaluated");
+  return builder_ ? nullptr : tiers_->first().kernel_on_stack(order);
+}
+
 void CompiledFunction::check(const Violation& violation, std::size_t points) const {
   if (!violation) return;
   throw GuardViolation(describe_guard(function(), violation.guard) +

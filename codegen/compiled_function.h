@@ -118,6 +118,10 @@ class CompiledFunction {
   // Evaluates one point with memory on the stack; several threads may do so at once.  Returns false, and evaluates
   // nothing, if a workspace is needed: for long, interpreted and tiered functions.
   [[nodiscard]] bool run_without_workspace(Order order, const Points& point, Violation& violation) const;
+  // The kernel that does so, for callers that keep it: it is called with as many doubles of work.  Null: a workspace is
+  // needed, or the kernel runs code of others, whose exceptions run() passes on.
+  [[nodiscard]] dyntape_run kernel_without_workspace(Order order) const;
+  static constexpr std::size_t kStackDoubles = 256;
   std::size_t lane_width() const;  // 1 without options.lanes, or while the function is interpreted
   // Throws GuardViolation if `violation` is one.  The message names the comparison and, for several points, the
   // point.

@@ -39,12 +39,18 @@ class Kernels {
   }
   // One point with memory on the stack.  Returns false if there is no code, or it needs more memory.
   bool run_on_stack(Order order, const Points& point, Violation& violation) const {
-    constexpr std::size_t kDoubles = 256;
-    if (code_.empty() || code_[static_cast<std::size_t>(order)].work > kDoubles) return false;
-    double work[kDoubles];
+    if (code_.empty() || code_[static_cast<std::size_t>(order)].work > kStackDoubles) return false;
+    double work[kStackDoubles];
     violation = run_one(order, point, work);
     return true;
   }
+  // The kernel that does so; null also for machine code, which may call code that throws.
+  dyntape_run kernel_on_stack(Order order) const {
+    if (code_.empty() || product.machine) return nullptr;
+    const dyntape_kernel& kernel = code_[static_cast<std::size_t>(order)];
+    return kernel.work > kStackDoubles ? nullptr : kernel.run;
+  }
+  static constexpr std::size_t kStackDoubles = 256;  // of memory on the stack
 
   Tier tier() const;  // kFinal if made by a compiler
   std::size_t lane_width() const { return wide_.empty() ? 1 : wide_.front().lane_width; }

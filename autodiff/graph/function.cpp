@@ -19,30 +19,29 @@ std::vector<NodeId> roots_of(const Function& function) {
   return roots;
 }
 
-// What the roots need: one flag a node, and how many there are.
-struct Needed {
-  std::vector<std::uint8_t> flags;
-  std::size_t count = 0;
-};
-
-Needed needed_for(const Graph& graph, const std::vector<NodeId>& roots) {
-  Needed needed{std::vector<std::uint8_t>(graph.size(), 0)};
+// Sets one flag a node: 1 if the roots need it.  Returns how many do.  Branches on the flags could not be predicted, nor
+// those on a second argument: the flag behind the last node is that of an argument that a node does not have.
+std::size_t mark_needed(const Graph& graph, const std::vector<NodeId>& roots,
+                        std::vector<std::uint8_t>& needed) {
+  const auto n = static_cast<NodeId>(graph.size());
+  needed.assign(graph.size() + 1, 0);
   const Node* const nodes = graph.nodes().data();
-  std::uint8_t* const flags = needed.flags.data();
+  std::uint8_t* const flags = needed.data();
   for (NodeId root : roots) flags[root] = 1;
-  for (auto id = static_cast<NodeId>(graph.size()); id-- > 0;) {
-    if (!flags[id]) continue;
-    ++needed.count;
+  std::size_t count = 0;
+  for (NodeId id = n; id-- > 0;) {
     const Node& node = nodes[id];
+    const std::uint8_t flag = flags[id];
+    count += flag;
     if (is_table_op(node.op)) {
-      flags[node.a] = 1;
-      if (node.b != kNoNode) flags[node.b] = 1;
-      if (node.c != kNoNode) flags[node.c] = 1;
-    } else {
+      flags[node.a] |= flag;
+      flags[std::min(node.b, n)] |= flag;
+      if (node.c != kNoNode) flags[node.c] |= flag;
+    } else if (flag) {
       graph.for_each_argument(id, [&](NodeId a) { flags[a] = 1; });
     }
   }
-  return needed;
+  return count;
 }
 
 // The function with another graph, given the images there of roots_of(function).
@@ -82,7 +81,8 @@ std::vector<NodeId> dissolved_call(const std::shared_ptr<const Callee>& callee,
 std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
                             const InputImage& input, DissolvedCalls* dissolved,
                             const std::vector<NodeId>& gates = {}) {
-  const std::vector<std::uint8_t> needed = needed_for(source, roots).flags;
+  std::vector<std::uint8_t> needed;
+  mark_needed(source, roots, needed);
   std::vector<NodeId> image(source.size(), kNoNode);
   std::vector<std::vector<NodeId>> results;  // of call number i
   for (NodeId id = 0; id < source.size(); ++id) {
@@ -154,14 +154,15 @@ Function dissolved(const Function& function) {
 }
 
 // What was simplified as it was built stays as it is: the live nodes are copied, in their order.
-Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const std::vector<Guard>& guards) {
+Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const std::vector<Guard>& guards,
+                   LivePartMemory&& memory) {
   Function result;
   result.outputs = outputs;
   result.guards = guards;
-  std::vector<NodeId> roots = roots_of(result), image;
-  const Needed needed = needed_for(graph, roots);
-  Graph live = graph.extract(needed.flags, needed.count, image);
-  for (NodeId& root : roots) root = image[root];
+  std::vector<NodeId> roots = roots_of(result);
+  const std::size_t count = mark_needed(graph, roots, memory.needed);
+  Graph live = graph.extract(memory.needed, count, memory.image);
+  for (NodeId& root : roots) root = memory.image[root];
   return with_graph(result, std::move(live), roots);
 }
 
@@ -301,7 +302,8 @@ std::vector<OperationCount> count_operations(const Callee& callee) {
 std::vector<OperationCount> count_operations(const Function& function) {
   check(function);
   const Graph& graph = function.graph;
-  const std::vector<std::uint8_t> needed = needed_for(graph, roots_of(function)).flags;
+  std::vector<std::uint8_t> needed;
+  mark_needed(graph, roots_of(function), needed);
   std::array<std::size_t, std::size(kOpInfo)> counts{};
   std::vector<std::size_t> calls(graph.callees().size(), 0);
   for (NodeId id = 0; id < graph.size(); ++id) {

@@ -53,7 +53,12 @@ Function compact(const Function& function);
 Function dissolved(const Function& function);
 
 // Returns these outputs and guards with the part of the graph that they need, without names and numbers of inputs.
-Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const std::vector<Guard>& guards);
+struct LivePartMemory {  // for use again
+  std::vector<std::uint8_t> needed;
+  std::vector<NodeId> image;
+};
+Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const std::vector<Guard>& guards,
+                   LivePartMemory&& memory = {});
 
 // Throws RecordingError, naming the node, unless every argument precedes its user, every index is in range and every
 // output exists.

@@ -115,35 +115,54 @@ void detail::refuse_more_nodes() {
   throw RecordingError("graph: more than " + std::to_string(kMostNodes) + " nodes");
 }
 
+void Graph::make_room() {
+  if (nodes_.size() >= kMostNodes) detail::refuse_more_nodes();
+  const bool is_indexed = table_.room() > 0 || nodes_.empty();
+  if (nodes_.size() == nodes_.capacity())
+    nodes_.reserve(std::min(kMostNodes, std::max<std::size_t>(64, 2 * nodes_.size())));
+  table_.make_room(nodes_.capacity());
+  if (!is_indexed) index_nodes();
+}
+
 void Graph::index_nodes() {
-  table_.clear();
-  table_.reserve(nodes_.size());
-  is_indexed_ = true;
   const auto none = [](NodeId) { return false; };  // all are different
-  for (const Node& node : nodes_) {
+  for (NodeId id = 0; id < nodes_.size(); ++id) {
+    const Node& node = nodes_[id];
     if (node.op == Op::Const) {
-      table_.add_constant(std::bit_cast<std::uint64_t>(constants_[node.a]));
+      table_.add_constant(std::bit_cast<std::uint64_t>(constants_[node.a]), id);
     } else if (node.op == Op::Input || node.op == Op::Call) {
-      table_.find_or_add_keyed(node.op == Op::Call ? call_key(node) : key(node), none);
+      table_.find_or_add_keyed(node.op == Op::Call ? call_key(node) : key(node), id, none);
     } else {
       const NodeId newest = node.op == Op::Result ? node.a : newest_argument(node);
-      if (table_.is_full(newest)) {
-        table_.find_or_add_keyed(key(node), none);
-      } else {
-        table_.add_user(newest);
-      }
+      if (!table_.add_new(id, newest, bit_of(node.op, node.a, node.b, node.c)))
+        table_.find_or_add_keyed(key(node), id, none);
     }
   }
 }
 
+NodeId Graph::find_or_append(Node node, NodeId newest_argument) {
+  make_ready();
+  const NodeId added = add_new(node.op, node.a, node.b, node.c, newest_argument);
+  if (added != kNoNode) return added;
+  table_.move_full_list(newest_argument, [&](NodeId id) { return key(nodes_[id]); });
+  const NodeId known = table_.find(newest_argument, [&](NodeId id) { return nodes_[id] == node; });
+  return known != kNoNode ? known : intern_by_key(node);
+}
+
+NodeId Graph::find_or_append_plain(Op op, NodeId a, NodeId b) {
+  if (b < a && (op == Op::Add || op == Op::Mul)) std::swap(a, b);
+  return find_or_append({op, a, b}, std::max(a, b));
+}
+
 NodeId Graph::intern_by_key(const Node& node) {
-  const NodeId id = table_.find_or_add_keyed(key(node), [&](NodeId other) { return nodes_[other] == node; });
-  if (id == nodes_.size()) append(node.op, node.a, node.b, node.c);
-  return id;
+  const auto next = static_cast<NodeId>(nodes_.size());
+  const NodeId id =
+      table_.find_or_add_keyed(key(node), next, [&](NodeId other) { return nodes_[other] == node; });
+  return id == next ? append(node.op, node.a, node.b, node.c) : id;
 }
 
 NodeId Graph::add_constant(double value) {
-  table_.add_constant(std::bit_cast<std::uint64_t>(value));
+  table_.add_constant(std::bit_cast<std::uint64_t>(value), static_cast<NodeId>(nodes_.size()));
   constants_.push_back(value);
   return append(Op::Const, static_cast<NodeId>(constants_.size() - 1), kNoNode, kNoNode);
 }
@@ -380,9 +399,10 @@ std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
     return node.op == Op::Call && node.a == added.a &&
            std::equal(arguments.begin(), arguments.end(), call_arguments_.begin() + node.b);
   };
-  const NodeId call = table_.find_or_add_keyed(call_key(added), is_it);
-  if (call == nodes_.size()) {
-    nodes_.push_back(added);
+  const auto next = static_cast<NodeId>(nodes_.size());
+  const NodeId call = table_.find_or_add_keyed(call_key(added), next, is_it);
+  if (call == next) {
+    append(added.op, added.a, added.b, added.c);
     ++n_calls_;
   } else {
     call_arguments_.resize(added.b);
@@ -394,65 +414,9 @@ std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
   return results;
 }
 
-// Nodes that are left out are written, and written over: neither is asked about node by node.
-Graph Graph::extract(const std::vector<std::uint8_t>& keep, std::size_t n_kept,
-                     std::vector<NodeId>& image) const {
-  Graph copy;
-  copy.nodes_.resize(n_kept + 1, Node{Op::Const});
-  image.resize(nodes_.size());
-  const Node* const from = nodes_.data();
-  const std::uint8_t* const kept = keep.data();
-  NodeId* const to = image.data();
-  Node* next = copy.nodes_.data();
-  NodeId place = 0;
-  for (NodeId id = 0, n = static_cast<NodeId>(nodes_.size()); id < n; ++id) {
-    const Node& node = from[id];
-    if (is_table_op(node.op)) {
-      next->op = node.op;
-      next->a = to[node.a];
-      next->b = node.b == kNoNode ? kNoNode : to[node.b];
-      next->c = node.c == kNoNode ? kNoNode : to[node.c];
-    } else if (kept[id]) {
-      *next = copy.structural_copy(*this, node, image);
-    }
-    const std::uint32_t added = kept[id];
-    to[id] = place | (added - 1);  // kNoNode unless it is added
-    place += added;
-    next += added;
-  }
-  copy.nodes_.pop_back();
-  copy.is_indexed_ = false;
-  copy.has_roots_ = has_roots_;
-  return copy;
-}
-
-Node Graph::structural_copy(const Graph& source, const Node& node, const std::vector<NodeId>& image) {
-  switch (node.op) {
-    case Op::Call:
-      return copy_call(source, node, image);
-    case Op::Const:
-      constants_.push_back(source.constants_[node.a]);
-      return {Op::Const, static_cast<NodeId>(constants_.size() - 1), kNoNode, kNoNode};
-    case Op::Result:
-      return {Op::Result, image[node.a], node.b, kNoNode};
-    default:
-      return node;
-  }
-}
-
-Node Graph::copy_call(const Graph& source, const Node& node, const std::vector<NodeId>& image) {
-  const auto& callee = source.callees_[node.a];
-  const auto first = static_cast<NodeId>(call_arguments_.size());
-  for (std::size_t i = 0; i < callee->n_in; ++i) {
-    call_arguments_.push_back(image[source.call_arguments_[node.b + i]]);
-  }
-  return {Op::Call, place_of(callee), first, n_calls_++};
-}
-
 void Graph::clear() {
   nodes_.clear();
   table_.clear();
-  is_indexed_ = true;
   constants_.clear();
   callees_.clear();
   call_arguments_.clear();

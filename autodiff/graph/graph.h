@@ -61,6 +61,15 @@ struct Callee;  // callee.h: the target of a Call node
 
 class Graph {
  public:
+  Graph() = default;
+  Graph(const Graph&) = default;
+  Graph(Graph&&) = default;
+  Graph& operator=(const Graph&) = default;
+  Graph& operator=(Graph&&) = default;
+  ~Graph() {
+    if (nodes_.capacity() >= kLong) keep_memory();
+  }
+
   // --- building: each returns the node with this value, existing or new ---
   NodeId constant(double value);
   NodeId input(Block block, std::uint32_t index);
@@ -73,6 +82,8 @@ class Graph {
   }  // a product with sum, rounded once
   // make() for + - * / without laws: the arguments are not negations, zeros, ones or the like.
   NodeId make_plain(Op op, NodeId a, NodeId b);
+  // The same if this is quick; kNoNode: ask make_plain().
+  NodeId add_new_plain(Op op, NodeId a, NodeId b);
   // + - * / of arguments that are not constants, each with a sign; negations move outwards.
   struct Signed {
     NodeId node;
@@ -104,7 +115,8 @@ class Graph {
   void for_each_argument(NodeId id, Visit&& visit) const;
 
   // Copies the nodes marked in `keep` (one flag per node; n_kept are 1; arguments of marked nodes must be marked) in
-  // the same order.  image[id] is the copy of id, or kNoNode.
+  // the same order.  image[id] is the copy of id, or kNoNode.  Takes the memory of the last long graph that this
+  // thread destroyed, if that has about the right size: new pages cost as much as the copy.
   Graph extract(const std::vector<std::uint8_t>& keep, std::size_t n_kept, std::vector<NodeId>& image) const;
 
   // Memory in bytes.
@@ -117,11 +129,16 @@ class Graph {
   NodeId append(Op op, NodeId a, NodeId b, NodeId c);
   NodeId intern(Op op, NodeId a, NodeId b, NodeId c, NodeId newest_argument);
   NodeId add_constant(double value);
-  NodeId intern_by_key(
-      const Node& node);  // for nodes without arguments, or if the list of the newest argument is full
+  static std::uint32_t bit_of(Op op, NodeId a, NodeId b, NodeId c);
+  NodeId add_new(Op op, NodeId a, NodeId b, NodeId c,
+                 NodeId newest_argument);  // kNoNode: may be known, or no room
+  NodeId find_or_append(Node node, NodeId newest_argument);
+  NodeId find_or_append_plain(Op op, NodeId a, NodeId b);
+  NodeId intern_by_key(const Node& node);  // for nodes that are in no list
   std::uint64_t call_key(const Node& call) const;
   NodeId place_of(const std::shared_ptr<const Callee>& callee);  // index in callees_; appends if new
-  void make_ready();                                             // prepares the table for additions
+  void make_ready();                                             // prepares for the addition of a node
+  void make_room();                                              // for more nodes
   void index_nodes();                                            // enters all nodes into the table
   // Appends a node of another graph.
   Node structural_copy(const Graph& source, const Node& node, const std::vector<NodeId>& image);
@@ -136,10 +153,12 @@ class Graph {
   NodeId integer_power(NodeId base, int exponent);
   NodeId reciprocal_power(NodeId base, int exponent);  // 1 / x^n, n > 0
 
+  static constexpr std::size_t kLong = 8192;  // nodes
+  void keep_memory();
+
   std::vector<Node> nodes_;
-  NodeTable table_;  // empty until a node is added; a read-only graph has none
+  NodeTable table_;  // without room until a node is added; a read-only graph has none
   bool has_roots_ = false;
-  bool is_indexed_ = true;  // true if the table has all nodes
   std::vector<double> constants_;
   std::vector<std::shared_ptr<const Callee>> callees_;
   std::unordered_map<const Callee*, NodeId> callee_places_;  // index in callees_
@@ -166,7 +185,9 @@ inline std::uint64_t Graph::key(const Node& node) {
 // a whole.
 [[gnu::always_inline]] inline NodeId Graph::append(Op op, NodeId a, NodeId b, NodeId c) {
   const std::size_t id = nodes_.size();
-  Node& node = detail::add_one(nodes_);
+  if (id >= kMostNodes) __builtin_unreachable();
+  if (nodes_.size() == nodes_.capacity()) __builtin_unreachable();  // make_ready() has made room
+  Node& node = nodes_.emplace_back();
   node.op = op;
   node.a = a;
   node.b = b;
@@ -175,7 +196,8 @@ inline std::uint64_t Graph::key(const Node& node) {
 }
 
 inline void Graph::make_ready() {
-  if (!is_indexed_) index_nodes();
+  if (nodes_.size() >= table_.room()) [[unlikely]]
+    make_room();
 }
 
 inline NodeId Graph::constant(double value) {
@@ -184,22 +206,34 @@ inline NodeId Graph::constant(double value) {
   return known != kNoNode ? known : add_constant(value);
 }
 
-inline NodeId Graph::intern(Op op, NodeId a, NodeId b, NodeId c, NodeId newest_argument) {
-  make_ready();
-  int room = NodeTable::kListed;
-  for (NodeId id = table_.first_user(newest_argument); id != kNoNode; id = table_.next_user(id)) {
-    const Node& node = nodes_[id];
-    if (node.op == op && node.a == a && node.b == b && node.c == c) return id;
-    if (--room == 0) return intern_by_key({op, a, b, c});
-  }
-  table_.add_user(newest_argument);
+inline std::uint32_t Graph::bit_of(Op op, NodeId a, NodeId b, NodeId c) {
+  return NodeTable::bit_of(a + 3 * b + 5 * c + (static_cast<std::uint32_t>(op) << 24));
+}
+
+[[gnu::always_inline]] inline NodeId Graph::add_new(Op op, NodeId a, NodeId b, NodeId c,
+                                                    NodeId newest_argument) {
+  if (!table_.add_new(nodes_.size(), newest_argument, bit_of(op, a, b, c))) [[unlikely]]
+    return kNoNode;
   return append(op, a, b, c);
 }
 
+inline NodeId Graph::intern(Op op, NodeId a, NodeId b, NodeId c, NodeId newest_argument) {
+  const NodeId added = add_new(op, a, b, c, newest_argument);
+  return added != kNoNode ? added : find_or_append({op, a, b, c}, newest_argument);
+}
+
+// One canonical order makes a + b and b + a the same node.  Without branches: which argument is older is at random.
+[[gnu::always_inline]] inline NodeId Graph::add_new_plain(Op op, NodeId a, NodeId b) {
+  const NodeId is_newer = NodeId{0} - NodeId{b < a};  // all bits or none
+  const NodeId commutes = NodeId{0} - NodeId{op == Op::Add || op == Op::Mul};
+  const NodeId difference = (a ^ b) & is_newer;
+  const NodeId swapped = difference & commutes;
+  return add_new(op, a ^ swapped, b ^ swapped, kNoNode, b ^ difference);
+}
+
 inline NodeId Graph::make_plain(Op op, NodeId a, NodeId b) {
-  // One canonical order makes a + b and b + a the same node.
-  const bool swap = b < a && (op == Op::Add || op == Op::Mul);
-  return intern(op, swap ? b : a, swap ? a : b, kNoNode, std::max(a, b));
+  const NodeId added = add_new_plain(op, a, b);
+  return added != kNoNode ? added : find_or_append_plain(op, a, b);
 }
 
 template <class Visit>

@@ -2,17 +2,20 @@
 //
 // Finds existing nodes of a graph (hash-consing).
 //
-//   for (NodeId id = table.first_user(newest); id != kNoNode; id = table.next_user(id)) if (nodes[id] == node) return
-//   id; table.add_user(newest), nodes.push_back(node);
+//   if (table.add_new(id, newest, bit)) nodes[id] = node;      // the next node; no other is read
+//   else ... table.find(newest, is_it), table.find_or_add_keyed(key, id, is_it);
 //
 // A new node usually has a new argument, and few nodes share one.  So nodes with the same newest argument form a
-// list at this argument.  A look-up visits one or two cached nodes, without a hash.  If the list is full, as for an
-// input with a million users, and for nodes without arguments, a hash table is used.
+// list at this argument.  There each of them sets one of 32 bits, which depends on its operator and its arguments.
+// A node whose bit is not set is new: no list is walked, and the processor predicts the branch.  A node that shares
+// the bit of another one and differs from it is in a hash table.  So are all nodes of an argument all of whose bits
+// are set, as of an input with a million users, and nodes without arguments.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace dyntape {
@@ -24,19 +27,6 @@ inline constexpr std::size_t kMostNodes = 0x7fffffffu;  // of a graph
 namespace detail {
 [[noreturn]] void refuse_more_nodes();
 
-// Appends one element per node; growth is out of line.
-template <class T>
-[[gnu::noinline, gnu::cold]] void make_room(std::vector<T>& elements) {
-  const std::size_t size = elements.size();
-  if (size >= kMostNodes) refuse_more_nodes();
-  elements.reserve(std::min(kMostNodes, std::max<std::size_t>(64, 2 * size)));
-}
-template <class T>
-[[gnu::always_inline]] inline T& add_one(std::vector<T>& elements) {
-  if (elements.size() == elements.capacity()) make_room(elements);
-  if (elements.size() == elements.capacity()) __builtin_unreachable();
-  return elements.emplace_back();
-}
 }  // namespace detail
 
 // The common part of the hash tables below: a power of two of slots, at most half full.
@@ -132,42 +122,64 @@ class ConstantTable : public Slots<ConstantSlot> {
 
 class NodeTable {
  public:
-  // Number of nodes; also the next id.
-  std::size_t size() const { return links_.size(); }
+  NodeTable() = default;
+  // A copy is empty: most copies of a graph are only read.
+  NodeTable(const NodeTable&) {}
+  NodeTable(NodeTable&& other) noexcept { swap(other); }
+  NodeTable& operator=(NodeTable other) noexcept { return swap(other), *this; }
+  ~NodeTable() = default;
 
-  // The list of the nodes with this newest argument, last added first.
-  NodeId first_user(NodeId node) const { return links_[node].first; }
-  NodeId next_user(NodeId user) const { return links_[user].next; }
-  // Adds the next node, to the list of its newest argument unless that already has kListed.
-  static constexpr int kListed = 8;
-  bool is_full(NodeId node) const {
-    int users = 0;
-    for (NodeId id = first_user(node); id != kNoNode && users < kListed; id = next_user(id)) ++users;
-    return users == kListed;
+  // The number of nodes that have a place; 0: the table knows no node.
+  std::size_t room() const { return room_; }
+  void make_room(std::size_t nodes) {
+    links_.resize(nodes);
+    room_ = nodes;
   }
-  [[gnu::always_inline]] NodeId add_user(NodeId newest_argument) {
-    const NodeId id = next(), first = links_[newest_argument].first;
-    detail::add_one(links_).next = first;
-    links_[newest_argument].first = id;
+
+  // The bit of a node, from a number in which nodes with the same newest argument differ.
+  static std::uint32_t bit_of(std::uint32_t number) { return 1u << (number * 0x9e3779b9u >> 27); }
+  // Adds node `id`, unless there is no room or another node may be equal.
+  [[gnu::always_inline]] bool add_new(std::size_t id, NodeId newest_argument, std::uint32_t bit) {
+    if (id >= room_) return false;
+    Link& argument = links_[newest_argument];
+    if (argument.users & bit) return false;
+    links_[id] = {0, kNoNode, argument.first};
+    argument.users |= bit;
+    argument.first = static_cast<NodeId>(id);
+    return true;
+  }
+  // The node in the list of this argument for which is_it returns true, or kNoNode.
+  template <class IsIt>
+  NodeId find(NodeId newest_argument, IsIt&& is_it) const {
+    NodeId id = links_[newest_argument].first;
+    while (id != kNoNode && !is_it(id)) id = links_[id].next;
     return id;
   }
+  // If all bits of this argument are set: moves its list into the hash table.
+  template <class KeyOf>
+  void move_full_list(NodeId newest_argument, KeyOf&& key_of) {
+    if (links_[newest_argument].users != 0xffffffffu) return;
+    NodeId id = std::exchange(links_[newest_argument].first, kNoNode);
+    for (; id != kNoNode; id = links_[id].next)
+      keyed_.find_or_add(key_of(id), id, [](NodeId) { return false; });
+  }
 
-  // Returns the node with this key for which is_it returns true; else adds and returns the number of the next node.
+  // Returns the node with this key for which is_it returns true; else adds and returns `next`.
   template <class IsIt>
-  NodeId find_or_add_keyed(std::uint64_t key, IsIt&& is_it) {
-    return known(keyed_.find_or_add(key, next(), is_it));
+  NodeId find_or_add_keyed(std::uint64_t key, NodeId next, IsIt&& is_it) {
+    const NodeId id = keyed_.find_or_add(key, next, is_it);
+    if (id == next) add_to_no_list(next);
+    return id;
   }
-  // Returns the constant with these bits, or kNoNode and adds the next node for it.
+  // Returns the constant with these bits, or kNoNode.
   NodeId find_constant(std::uint64_t bits) const { return constants_.find(bits); }
-  NodeId add_constant(std::uint64_t bits) {
-    constants_.add(bits, next());
-    return known(next());
+  void add_constant(std::uint64_t bits, NodeId next) {
+    constants_.add(bits, next);
+    add_to_no_list(next);
   }
 
-  void reserve(std::size_t nodes) { links_.reserve(nodes); }
   // Forgets all nodes and keeps the memory.
   void clear() {
-    links_.clear();
     keyed_.clear();
     constants_.clear();
   }
@@ -175,17 +187,21 @@ class NodeTable {
 
  private:
   struct Link {
-    NodeId first = kNoNode;  // of the list of this node: the last added
-    NodeId next = kNoNode;   // in the list that contains this node
+    std::uint32_t users = 0;  // the bits of nodes with this newest argument
+    NodeId first = kNoNode;   // of the list of this node: the last added
+    NodeId next = kNoNode;    // in the list that contains this node
   };
 
-  NodeId next() const { return static_cast<NodeId>(links_.size()); }
-  NodeId known(NodeId id) {
-    if (id == links_.size()) detail::add_one(links_);
-    return id;
+  void swap(NodeTable& other) noexcept {
+    links_.swap(other.links_);
+    std::swap(room_, other.room_);
+    std::swap(keyed_, other.keyed_);
+    std::swap(constants_, other.constants_);
   }
+  void add_to_no_list(NodeId id) { links_[id] = {}; }
 
-  std::vector<Link> links_;  // one per node
+  std::vector<Link> links_;  // one per node, and more
+  std::size_t room_ = 0;     // the number of links
   KeyTable keyed_;
   ConstantTable constants_;
 };

@@ -229,7 +229,7 @@ Function Recorder::end(const VectorXad& y) {
   outputs.reserve(static_cast<std::size_t>(y.size()));
   for (const AD& entry : y) outputs.push_back(Arithmetic::node(recording, entry));
   check_names(recording, options_.output_names, outputs.size(), "outputs");
-  Function function = live_part(recording.graph, outputs, recording.guards);
+  Function function = live_part(recording.graph, outputs, recording.guards, std::move(recording.memory));
   function.name = recording.name;
   function.inputs = {static_cast<std::size_t>(x_.size()), static_cast<std::size_t>(p_.size()), 0};
   function.input_names = {options_.variable_names, options_.parameter_names, {}};

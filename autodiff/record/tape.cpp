@@ -16,6 +16,7 @@ constinit thread_local bool spare_is_gone = false;
 struct Spare {
   ~Spare() { spare_is_gone = true; }
   Graph graph;
+  LivePartMemory memory;
 };
 thread_local Spare spare;
 
@@ -30,13 +31,16 @@ std::uint32_t next_serial() {
 }  // namespace
 
 Tape::Tape() : serial(next_serial()) {
-  if (!spare_is_gone) std::swap(graph, spare.graph);
+  if (spare_is_gone) return;
+  std::swap(graph, spare.graph);
+  std::swap(memory, spare.memory);
 }
 
 Tape::~Tape() {
   if (spare_is_gone || graph.bytes() > kSpareBytes || graph.bytes() < spare.graph.bytes()) return;
   graph.clear();
   std::swap(graph, spare.graph);
+  std::swap(memory, spare.memory);
 }
 
 void Tape::guard(NodeId condition, bool expected, const char* file, int line) {

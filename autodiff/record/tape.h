@@ -46,6 +46,7 @@ struct Tape {
   Graph graph;
   std::vector<Guard> guards;
   std::unordered_set<NodeId> guarded;  // the conditions of the guards
+  LivePartMemory memory;               // for the end of the recording
 };
 
 // A set bit in id() marks the negation of the node.  Signs pass through sums, products and quotients without nodes
@@ -108,12 +109,9 @@ struct RecordedArithmetic {
       if (!a.is_recorded()) return apply_to_constant<op, true>(a, b);
       if (!b.is_recorded()) return apply_to_constant<op, false>(a, b);
       if (is_current(a) && is_current(b)) {
-        Tape& tape = *Policy::current();
-        if (op == Op::Mul && share_a_root(tape.graph, a.id() & ~kNegated, b.id() & ~kNegated)) [[unlikely]]
-          return apply_by_laws<op>(a, b);
-        const Base value = Policy::template evaluate<op>(a.value(), b.value(), b.value());
-        return (a.id() | b.id()) & kNegated ? add_node_of_negations(value, op, a.id(), b.id(), tape)
-                                            : add_node(value, op, a.id(), b.id(), tape);
+        if (op == Op::Mul && Policy::current()->graph.has_roots()) [[unlikely]]
+          return multiply_with_roots(a, b);
+        return apply_to_nodes<op>(a, b);
       }
     }
     return apply_by_laws<op>(a, b);
@@ -140,6 +138,20 @@ struct RecordedArithmetic {
     return result(*tape, tape->graph.negation(x.id()), value);
   }
 
+  // Both are nodes of the current recording.
+  template <Op op>
+  [[gnu::always_inline]] static Value apply_to_nodes(Value a, Value b) {
+    Tape& tape = *Policy::current();
+    const Base value = Policy::template evaluate<op>(a.value(), b.value(), b.value());
+    return (a.id() | b.id()) & kNegated ? add_node_of_negations(value, op, a.id(), b.id(), tape)
+                                        : add_node<op>(value, a.id(), b.id(), tape);
+  }
+  [[gnu::noinline]] static Value multiply_with_roots(Value a, Value b) {
+    return share_a_root(Policy::current()->graph, a.id() & ~kNegated, b.id() & ~kNegated)
+               ? apply_by_laws<Op::Mul>(a, b)
+               : apply_to_nodes<Op::Mul>(a, b);
+  }
+
   template <Op op>
   [[gnu::noinline]] static Value apply_by_laws(Value a, Value b) {
     const Base value = Policy::template evaluate<op>(a.value(), b.value(), b.value());
@@ -149,7 +161,12 @@ struct RecordedArithmetic {
     return result(*tape, tape->graph.make(op, x, y), value);
   }
 
-  [[gnu::noinline, gnu::flatten]] static Value add_node(Base value, Op op, NodeId a, NodeId b, Tape& tape) {
+  template <Op op>
+  [[gnu::noinline, gnu::flatten]] static Value add_node(Base value, NodeId a, NodeId b, Tape& tape) {
+    const NodeId id = tape.graph.add_new_plain(op, a, b);
+    return id != kNoNode ? Value(value, id, tape.serial) : find_or_add_node(value, op, a, b, tape);
+  }
+  [[gnu::noinline]] static Value find_or_add_node(Base value, Op op, NodeId a, NodeId b, Tape& tape) {
     return {value, tape.graph.make_plain(op, a, b), tape.serial};
   }
   // At least one argument is a negation.
@@ -158,11 +175,10 @@ struct RecordedArithmetic {
                                                          {b & ~kNegated, (b & kNegated) != 0});
     return {value, is_negated ? id | kNegated : id, tape.serial};
   }
-  template <bool left>
-  [[gnu::noinline]] static Value add_node_of_constant(Base value, Op op, double c, NodeId x, Tape& tape) {
+  template <Op op, bool left>
+  [[gnu::noinline]] static Value add_node_of_constant(Base value, double c, NodeId x, Tape& tape) {
     const NodeId constant = tape.graph.constant(c);
-    return {value, left ? tape.graph.make_plain(op, constant, x) : tape.graph.make_plain(op, x, constant),
-            tape.serial};
+    return left ? add_node<op>(value, constant, x, tape) : add_node<op>(value, x, constant, tape);
   }
 
   // One argument is a constant.  Checks for zero and one before asking the graph: most constants of a robot are 0 or
@@ -184,8 +200,8 @@ struct RecordedArithmetic {
     // Other operations with zero, and divisions by a constant, have laws of their own.
     if (c == 0 || (op == Op::Div && !left)) return apply_by_laws<op>(a, b);
     const NodeId id = x.id() & ~kNegated;
-    if (id == x.id()) return add_node_of_constant<left>(value, op, c, id, tape);
-    if (op == Op::Mul || op == Op::Div) return add_node_of_constant<left>(value, op, -c, id, tape);
+    if (id == x.id()) return add_node_of_constant<op, left>(value, c, id, tape);
+    if (op == Op::Mul || op == Op::Div) return add_node_of_constant<op, left>(value, -c, id, tape);
     return apply_by_laws<op>(a, b);
   }
 };

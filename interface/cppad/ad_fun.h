@@ -44,9 +44,7 @@ using Entry = std::remove_cvref_t<decltype(std::declval<Vector&>()[0])>;
 
 template <class Vector>
 std::vector<Entry<Vector>> entries_of(const Vector& v) {
-  std::vector<Entry<Vector>> entries;
-  for (std::size_t i = 0, n = std::size_t(v.size()); i < n; ++i) entries.push_back(v[i]);
-  return entries;
+  return copied<std::vector<Entry<Vector>>>(v);
 }
 
 template <class ADVector, class DynamicVector>
@@ -146,9 +144,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Size Domain() const { return fun_ ? fun_->domain() : 0; }
   Size Range() const { return fun_ ? fun_->range() : 0; }
   bool Parameter(Size i) const {
-    if (i >= Range())
-      detail::refuse("Parameter: result " + std::to_string(i) + " does not exist; there are " +
-                     std::to_string(Range()));
+    detail::check_index("Parameter: result", i, Range());
     return core().is_parameter(i);
   }
   void function_name_set(const std::string& name) { name_ = name; }
@@ -212,9 +208,7 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   }
   template <class Vector>
   Vector Hessian(const Vector& x, Size i) {
-    if (i >= Range())
-      detail::refuse("Hessian: result " + std::to_string(i) + " does not exist; there are " +
-                     std::to_string(Range()));
+    detail::check_index("Hessian: result", i, Range());
     std::vector<Base> w(Range(), Base(0));
     w[i] = Base(1);
     return made<Vector>(core().hessian(values(x), w));
@@ -308,16 +302,11 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   const std::shared_ptr<detail::Fun<Base>>& shared_core() const { return fun_; }
   template <class Vector>
   static std::vector<Base> values(const Vector& v) {
-    std::vector<Base> copy;
-    copy.reserve(std::size_t(v.size()));
-    for (std::size_t i = 0, n = std::size_t(v.size()); i < n; ++i) copy.push_back(Base(v[i]));
-    return copy;
+    return detail::copied<std::vector<Base>>(v);
   }
   template <class Vector>
   static Vector made(const std::vector<Base>& values) {
-    Vector v(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i) v[i] = values[i];
-    return v;
+    return detail::copied<Vector>(values);
   }
 
  private:

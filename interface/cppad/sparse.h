@@ -109,9 +109,7 @@ class sparse_rcv {
   }
   template <class Value>
   void set(std::size_t k, const Value& value) {
-    if (k >= nnz())
-      detail::refuse("sparse_rcv::set: entry " + std::to_string(k) + " does not exist; there are " +
-                     std::to_string(nnz()));
+    detail::check_index("sparse_rcv::set: entry", k, nnz());
     val_[k] = value;
   }
   template <class Value>

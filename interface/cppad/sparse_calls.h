@@ -55,7 +55,7 @@ class SparseCalls {
   void for_jac_sparsity(const sparse_rc<V>& R, bool transpose, bool dependency, bool internal_bool,
                         sparse_rc<V>& S) {
     const Sets r = sets_of(R, transpose);
-    fun().check("for_jac_sparsity: the pattern's rows", r.sets.size(), fun().domain());
+    check_size("for_jac_sparsity: the pattern's rows", r.sets.size(), fun().domain());
     for_jac_ = r;
     for_jac_is_bool_ = internal_bool;
     to_rc(product(sets_of(fun().jacobian_pattern(dependency)), r), transpose, S);
@@ -64,7 +64,7 @@ class SparseCalls {
   void rev_jac_sparsity(const sparse_rc<V>& R, bool transpose, bool dependency, bool /*internal_bool*/,
                         sparse_rc<V>& S) {
     const Sets r = sets_of(R, transpose);
-    fun().check("rev_jac_sparsity: the pattern's columns", r.cols, fun().range());
+    check_size("rev_jac_sparsity: the pattern's columns", r.cols, fun().range());
     to_rc(product(r, sets_of(fun().jacobian_pattern(dependency))), transpose, S);
   }
   // The number of stored entries of the last for_jac_sparsity or ForSparseJac, as sets or as bools; 0 frees them.
@@ -76,7 +76,7 @@ class SparseCalls {
   template <class BoolVector, class V>
   void rev_hes_sparsity(const BoolVector& select_range, bool transpose, bool /*internal_bool*/,
                         sparse_rc<V>& S) {
-    fun().check("rev_hes_sparsity: select_range", select_range.size(), fun().range());
+    check_size("rev_hes_sparsity: the size of select_range", select_range.size(), fun().range());
     if (for_jac_.sets.empty())
       refuse("rev_hes_sparsity: for_jac_sparsity comes first, and has not been called");
     to_rc(product(sets_of(fun().hessian_pattern(bools_of(select_range))), for_jac_), transpose, S);
@@ -84,8 +84,8 @@ class SparseCalls {
   template <class BoolVector, class V>
   void for_hes_sparsity(const BoolVector& select_domain, const BoolVector& select_range,
                         bool /*internal_bool*/, sparse_rc<V>& S) {
-    fun().check("for_hes_sparsity: select_domain", select_domain.size(), fun().domain());
-    fun().check("for_hes_sparsity: select_range", select_range.size(), fun().range());
+    check_size("for_hes_sparsity: the size of select_domain", select_domain.size(), fun().domain());
+    check_size("for_hes_sparsity: the size of select_range", select_range.size(), fun().range());
     Sets h = sets_of(fun().hessian_pattern(bools_of(select_range)));
     keep_selected(h, bools_of(select_domain), bools_of(select_domain));
     to_rc(h, false, S);
@@ -93,8 +93,8 @@ class SparseCalls {
   template <class BoolVector, class V>
   void subgraph_sparsity(const BoolVector& select_domain, const BoolVector& select_range, bool transpose,
                          sparse_rc<V>& S) {
-    fun().check("subgraph_sparsity: select_domain", select_domain.size(), fun().domain());
-    fun().check("subgraph_sparsity: select_range", select_range.size(), fun().range());
+    check_size("subgraph_sparsity: the size of select_domain", select_domain.size(), fun().domain());
+    check_size("subgraph_sparsity: the size of select_range", select_range.size(), fun().range());
     Sets j = sets_of(fun().kept_pattern(true));
     keep_selected(j, bools_of(select_range), bools_of(select_domain));
     to_rc(j, transpose, S);
@@ -181,7 +181,7 @@ class SparseCalls {
   // dw[j q + k] for the variables j in col.
   template <class BoolVector>
   requires(!std::is_arithmetic_v<BoolVector>) void subgraph_reverse(const BoolVector& select_domain) {
-    fun().check("subgraph_reverse: select_domain", select_domain.size(), fun().domain());
+    check_size("subgraph_reverse: the size of select_domain", select_domain.size(), fun().domain());
     subgraph_domain_ = bools_of(select_domain);
   }
   template <class BaseVector, class SizeVector>
@@ -241,37 +241,7 @@ class SparseCalls {
   }
 
  private:
-  struct Face {  // the function, with a check of sizes
-    Fun<Base>& core;
-    Size domain() const { return core.domain(); }
-    Size range() const { return core.range(); }
-    Pattern jacobian_pattern(bool dependency) const { return core.jacobian_pattern(dependency); }
-    Pattern hessian_pattern(const std::vector<bool>& r) const { return core.hessian_pattern(r); }
-    const Pattern& kept_pattern(bool dependency) const { return core.kept_pattern(dependency); }
-    Size kept_bytes() const { return core.kept_bytes(); }
-    void forget_patterns() const { core.forget_patterns(); }
-    std::vector<Base> jacobian(const std::vector<Base>& x) const { return core.jacobian(x); }
-    std::vector<Base> hessian(const std::vector<Base>& x, const std::vector<Base>& w) const {
-      return core.hessian(x, w);
-    }
-    template <class... A>
-    Size sparse_jacobian(A&&... a) const {
-      return core.sparse_jacobian(std::forward<A>(a)...);
-    }
-    template <class... A>
-    Size sparse_hessian(A&&... a) const {
-      return core.sparse_hessian(std::forward<A>(a)...);
-    }
-    template <class... A>
-    void subgraph_reverse(A&&... a) const {
-      core.subgraph_reverse(std::forward<A>(a)...);
-    }
-    void check(const char* what, Size got, Size expected) const {
-      if (got != expected)
-        refuse(std::string(what) + ": got " + std::to_string(got) + ", expected " + std::to_string(expected));
-    }
-  };
-  Face fun() const { return {static_cast<const Self&>(*this).core()}; }
+  Fun<Base>& fun() const { return static_cast<const Self&>(*this).core(); }
 
   template <class V, class BaseVector>
   Size jacobian_entries(const BaseVector& x, sparse_rcv<V, BaseVector>& subset, const sparse_rc<V>& pattern,

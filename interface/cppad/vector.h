@@ -17,6 +17,7 @@
 #include <ostream>
 #include <string>
 #include <utility>
+#include <vector>
 
 // The names are in namespace CppAD, so that programs may open and specialise it.  The inline namespace makes their
 // symbols differ from those of programs that are compiled with CppAD's own headers.
@@ -30,6 +31,24 @@ namespace CppAD::inline dyntape_names {
 namespace detail {
 using namespace ::dyntape;  // this layer is written over dyntape's graph
 [[noreturn]] void refuse(const std::string& sentence);
+[[noreturn]] void refuse_size(const std::string& what, std::size_t got, std::size_t expected);
+[[noreturn]] void refuse_index(const std::string& what, std::size_t i, std::size_t n);
+// A vector of any class as one of another class.
+template <class To, class From>
+To copied(const From& from) {
+  const auto n = static_cast<std::size_t>(from.size());
+  To to(n);
+  for (std::size_t i = 0; i < n; ++i) to[i] = static_cast<typename To::value_type>(from[i]);
+  return to;
+}
+// ArgumentError: "<what>: got <got>, expected <expected>".
+inline void check_size(const char* what, std::size_t got, std::size_t expected) {
+  if (got != expected) refuse_size(what, got, expected);
+}
+// ArgumentError: "<what> <i> does not exist; there are <n>".
+inline void check_index(const char* what, std::size_t i, std::size_t n) {
+  if (i >= n) refuse_index(what, i, n);
+}
 
 // A pointer as a class, because programs expect a class for iterators.
 template <class Type>
@@ -158,11 +177,7 @@ class vector {
   }
 
  private:
-  void check(std::size_t i) const {
-    if (i < size_) return;
-    detail::refuse("vector: element " + std::to_string(i) + " does not exist; there are " +
-                   std::to_string(size_));
-  }
+  void check(std::size_t i) const { detail::check_index("vector: element", i, size_); }
   void grow(std::size_t n) {
     std::unique_ptr<Type[]> larger(new Type[n]());
     for (std::size_t i = 0; i < size_; ++i) larger[i] = std::move(data_[i]);

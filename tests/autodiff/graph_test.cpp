@@ -61,6 +61,36 @@ TEST(Graph, LookUpsFindWhatIsThereThroughGrowthAndExtraction) {
   EXPECT_EQ(copy.size(), size);
 }
 
+// A long graph takes the memory of one that was destroyed before: nothing of that is left in it.
+TEST(Graph, LongGraphsInMemoryOfOthersAreTheSame) {
+  const auto chain = [](Op op, std::size_t length) {
+    Graph g;
+    const NodeId x = g.input(Block::kVariables, 0), y = g.input(Block::kVariables, 1);
+    NodeId last = x;
+    for (std::size_t i = 0; i < length; ++i) last = g.make(i % 3 ? op : Op::Add, last, i % 5 ? y : x);
+    return g;
+  };
+  const auto copy_of = [](const Graph& g) {
+    std::vector<NodeId> image;
+    return g.extract(std::vector<std::uint8_t>(g.size(), 1), g.size(), image);
+  };
+  const Graph longer = chain(Op::Mul, 22000), shorter = chain(Op::Div, 20000);
+  for (const Graph* const g : {&longer, &shorter, &longer}) {
+    { const Graph before = copy_of(longer); }
+    EXPECT_EQ(copy_of(*g).nodes(), g->nodes());
+  }
+  // A copy knows its nodes too, as does what was moved.
+  Graph copy = shorter;
+  const std::size_t size = copy.size();
+  EXPECT_EQ(copy.make(Op::Add, 0, 0), 2u);  // the first of the chain
+  Graph moved = std::move(copy);
+  EXPECT_EQ(moved.make(Op::Add, 0, 0), 2u);
+  EXPECT_EQ(moved.size(), size);
+  copy = shorter;
+  EXPECT_EQ(copy.make(Op::Add, 0, 0), 2u);
+  EXPECT_EQ(copy.nodes(), shorter.nodes());
+}
+
 TEST(Graph, Case119_CompensatedSumsAreLeftAlone) {
   const auto kahan = [](const auto& x) {
     using T = std::decay_t<decltype(x[0] + 0.0)>;

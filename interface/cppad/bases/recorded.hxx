@@ -268,7 +268,7 @@ std::shared_ptr<const Recording<Base>> recording_of(Tape<Base>& tape, const AD<B
     recording->prints.push_back({outputs.size(), outputs.size() + 1, print.before, print.after});
     outputs.insert(outputs.end(), {print.flag, print.value});
   }
-  Function function = live_part(tape.graph, outputs, tape.guards);  // with all guards
+  Function function = live_part(tape.graph, outputs, tape.guards, std::move(tape.memory));  // with all guards
   function.name = "cppad";
   function.inputs = {tape.variables.size(), tape.dynamics.size(), tape.captured.size()};
   recording->function = std::make_shared<const Function>(std::move(function));

@@ -42,9 +42,9 @@ std::unique_ptr<Tape<Base>>& open_tape() {
 }
 // The same at hand; null if there is none.  The quick one is null for recordings of limited length too.
 template <class Base>
-constinit inline thread_local Tape<Base>* current_tape = nullptr;
+[[gnu::tls_model("initial-exec")]] constinit inline thread_local Tape<Base>* current_tape = nullptr;
 template <class Base>
-constinit inline thread_local Tape<Base>* quick_tape = nullptr;
+[[gnu::tls_model("initial-exec")]] constinit inline thread_local Tape<Base>* quick_tape = nullptr;
 template <class Base>
 void set_open_tape(std::unique_ptr<Tape<Base>> tape) {
   current_tape<Base> = tape.get();

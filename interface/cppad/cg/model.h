@@ -55,9 +55,7 @@ class ArrayView {
   bool empty() const { return size_ == 0; }
   Type& operator[](std::size_t i) const { return data_[i]; }
   Type& at(std::size_t i) const {
-    if (i >= size_)
-      detail::refuse("ArrayView: element " + std::to_string(i) + " does not exist; there are " +
-                     std::to_string(size_));
+    detail::check_index("ArrayView: element", i, size_);
     return data_[i];
   }
   Type* begin() const { return data_; }
@@ -66,9 +64,7 @@ class ArrayView {
  private:
   template <class Other>
   void copy(const ArrayView<Other>& other) {
-    if (other.size() != size_)
-      detail::refuse("ArrayView: got " + std::to_string(other.size()) + " elements, expected " +
-                     std::to_string(size_));
+    detail::check_size("ArrayView: the size of the other", other.size(), size_);
     for (std::size_t i = 0; i < size_; ++i) data_[i] = other.data()[i];
   }
 
@@ -198,10 +194,7 @@ class GenericModel {
     into(values, [&](Out out) { jacobian_values(in(x), out); });
     copy_sizes(jacobian_rows(), row), copy_sizes(jacobian_cols(), col);
   }
-  void SparseJacobian(In x, Out values, const std::size_t** row, const std::size_t** col) const {
-    jacobian_values(x, values);
-    *row = jacobian_rows().data(), *col = jacobian_cols().data();
-  }
+  void SparseJacobian(In x, Out values, const std::size_t** row, const std::size_t** col) const;
   template <class Vector>
   Vector SparseHessian(const Vector& x, const Vector& w) const {
     return made<Vector>(Domain() * Domain(), [&](Out H) { spread_hessian(in(x), in(w), H); });
@@ -213,10 +206,7 @@ class GenericModel {
     into(values, [&](Out out) { hessian_values(in(x), in(w), out); });
     copy_sizes(hessian_rows(), row), copy_sizes(hessian_cols(), col);
   }
-  void SparseHessian(In x, In w, Out values, const std::size_t** row, const std::size_t** col) const {
-    hessian_values(x, w, values);
-    *row = hessian_rows().data(), *col = hessian_cols().data();
-  }
+  void SparseHessian(In x, In w, Out values, const std::size_t** row, const std::size_t** col) const;
 
   // --- patterns ---
   void JacobianSparsity(Sizes& row, Sizes& col) const { row = jacobian_rows(), col = jacobian_cols(); }
@@ -256,9 +246,7 @@ class GenericModel {
     if constexpr (kIsContiguous<Vector>) {
       return In(v.data(), std::size_t(v.size()));
     } else {
-      Doubles copy(std::size_t(v.size()));
-      for (std::size_t i = 0; i < copy.size(); ++i) copy[i] = v[i];
-      return copy;
+      return detail::copied<Doubles>(v);
     }
   }
   // write(view) computes the entries of a vector.

@@ -78,13 +78,6 @@ NodeId node_from(const Json& json, Graph& graph, const std::vector<NodeId>& node
   return graph.make(*op, arguments[0], arguments[1], arguments[2]);
 }
 
-bool has_calls(const Function& function) {
-  for (const Node& node : function.graph.nodes()) {
-    if (node.op == Op::Call) return true;
-  }
-  return false;
-}
-
 Json json_of(const Function& function) {
   Json json = {{"inputs", function.inputs}, {"nodes", Json::array()}, {"outputs", function.outputs}};
   for (NodeId id = 0; id < function.graph.size(); ++id)
@@ -172,7 +165,7 @@ bool is_of_this_kind(const std::string& path) {
 
 void write_models(const std::string& path, const Models& models, const CodegenOptions& how) {
   for (const auto& [name, model] : models) {
-    if (model->recording->kernels.empty() && !has_calls(model->function.function())) continue;
+    if (model->recording->kernels.empty() && model->function.function().graph.callees().empty()) continue;
     if (is_of_this_kind(path)) std::filesystem::remove(path);
     return;
   }

@@ -25,9 +25,7 @@ template <class Vector, class Base>
 Vector hessianSparsity(const ADFun<Base>& f, const std::set<std::size_t>& of_range) {
   std::vector<bool> chosen(f.Range(), false);
   for (std::size_t i : of_range) {
-    if (i >= f.Range())
-      detail::refuse("hessianSparsity: result " + std::to_string(i) + " does not exist; there are " +
-                     std::to_string(f.Range()));
+    detail::check_index("hessianSparsity: result", i, f.Range());
     chosen[i] = true;
   }
   return detail::to_vector<Vector>(detail::sets_of(f.core().hessian_pattern(chosen)), false);

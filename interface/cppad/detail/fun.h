@@ -88,7 +88,6 @@ class Fun {
   struct Run;  // Taylor sweeps, a direction each
 
   void check_size(const char* what, std::size_t got, std::size_t expected) const;
-  void check_index(const char* what, std::size_t i, std::size_t n) const;
   void run_all();
   void after_order_zero(std::ostream& out);
   void check_numbers(const Values& y) const;

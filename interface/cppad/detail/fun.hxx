@@ -82,12 +82,6 @@ void Fun<Base>::check_size(const char* what, std::size_t got, std::size_t expect
 }
 
 template <class Base>
-void Fun<Base>::check_index(const char* what, std::size_t i, std::size_t n) const {
-  if (i < n) return;
-  refuse(std::string(what) + " " + std::to_string(i) + " does not exist; there are " + std::to_string(n));
-}
-
-template <class Base>
 bool Fun<Base>::is_parameter(std::size_t i) {
   if (!is_parameter_) is_parameter_ = parameters_of(*recording_->function, range());
   return (*is_parameter_)[i];

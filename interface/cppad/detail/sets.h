@@ -33,16 +33,11 @@ bool uses_symmetry(const std::string& coloring);
 
 template <class V>
 std::vector<std::size_t> sizes_of(const V& v) {
-  std::vector<std::size_t> sizes;
-  for (std::size_t i = 0, n = std::size_t(v.size()); i < n; ++i) sizes.push_back(std::size_t(v[i]));
-  return sizes;
+  return copied<std::vector<std::size_t>>(v);
 }
-
 template <class V>
 std::vector<bool> bools_of(const V& v) {
-  std::vector<bool> bools;
-  for (std::size_t i = 0, n = std::size_t(v.size()); i < n; ++i) bools.push_back(bool(v[i]));
-  return bools;
+  return copied<std::vector<bool>>(v);
 }
 
 template <class V>

@@ -221,8 +221,8 @@ class GraphReader {
       places.push_back({variable, block.size()});
       block.push_back(S(0));
     };
-    check("dyn2var", to_variable.size(), graph_.n_dynamic_ind_get());
-    check("var2dyn", to_dynamic.size(), graph_.n_variable_ind_get());
+    check("from_graph: the size of dyn2var", to_variable.size(), graph_.n_dynamic_ind_get());
+    check("from_graph: the size of var2dyn", to_dynamic.size(), graph_.n_variable_ind_get());
     for (std::size_t j = 0; j < graph_.n_dynamic_ind_get(); ++j)
       enter(to_variable.size() > 0 && to_variable[j]);
     for (std::size_t j = 0; j < graph_.n_variable_ind_get(); ++j)
@@ -240,9 +240,7 @@ class GraphReader {
 
  private:
   static void check(const char* what, std::size_t got, std::size_t expected) {
-    if (got != 0 && got != expected)
-      refuse("from_graph: " + std::string(what) + " has " + std::to_string(got) + " entries, expected " +
-             std::to_string(expected) + " or none");
+    if (got != 0) check_size(what, got, expected);
   }
   std::shared_ptr<const Recording<Base>> record(const std::vector<S>& variables) {
     for (std::size_t k = 0; k < graph_.constant_vec_size(); ++k)

@@ -36,14 +36,8 @@ class UserAtomic : public atomic_base<Base> {
 
  private:
   template <class To, class From>
-  static To copy_of(const From& values) {
-    To copy(values.size());
-    for (Size i = 0; i < copy.size(); ++i) copy[i] = values[i];
-    return copy;
-  }
-  template <class To, class From>
   static bool give(bool done, const From& values, To& to) {
-    to = copy_of<To>(values);
+    to = copied<To>(values);
     return done;
   }
   // The coefficients up to order k, of `orders` coefficients each.
@@ -63,38 +57,38 @@ class UserAtomic : public atomic_base<Base> {
                vector<Base>& ty) override {
     const Size orders = up + 1, n = tx.size() / orders, m = ty.size() / orders;
     for (Size k = low; k <= up; ++k) {
-      const Bools user_vx = k == 0 ? copy_of<Bools>(vx) : Bools(0);
-      Bools user_vy = k == 0 ? copy_of<Bools>(vy) : Bools(0);
+      const Bools user_vx = k == 0 ? copied<Bools>(vx) : Bools(0);
+      Bools user_vy = k == 0 ? copied<Bools>(vy) : Bools(0);
       Numbers user_ty = lowest<Numbers>(ty, k, orders);
       if (!call_.forward(id_, k, n, m, user_vx, user_vy, lowest<Numbers>(tx, k, orders), user_ty))
         return false;
       for (Size i = 0; i < m; ++i) ty[i * orders + k] = user_ty[i * (k + 1) + k];
-      if (k == 0) vy = copy_of<vector<bool>>(user_vy);
+      if (k == 0) vy = copied<vector<bool>>(user_vy);
     }
     return true;
   }
   bool reverse(Size up, const vector<Base>& tx, const vector<Base>& ty, vector<Base>& px,
                const vector<Base>& py) override {
-    Numbers user_px = copy_of<Numbers>(px);
-    const bool done = call_.reverse(id_, up, tx.size() / (up + 1), ty.size() / (up + 1), copy_of<Numbers>(tx),
-                                    copy_of<Numbers>(ty), user_px, copy_of<Numbers>(py));
+    Numbers user_px = copied<Numbers>(px);
+    const bool done = call_.reverse(id_, up, tx.size() / (up + 1), ty.size() / (up + 1), copied<Numbers>(tx),
+                                    copied<Numbers>(ty), user_px, copied<Numbers>(py));
     return give(done, user_px, px);
   }
   bool for_sparse_jac(Size q, const Sets& r, Sets& s) override {
     UserSets user_s(s.size());
-    return give(call_.for_jac_sparse(id_, r.size(), s.size(), q, copy_of<UserSets>(r), user_s), user_s, s);
+    return give(call_.for_jac_sparse(id_, r.size(), s.size(), q, copied<UserSets>(r), user_s), user_s, s);
   }
   bool rev_sparse_jac(Size q, const Sets& rt, Sets& st) override {
     UserSets user_st(st.size());
-    return give(call_.rev_jac_sparse(id_, st.size(), rt.size(), q, user_st, copy_of<UserSets>(rt)), user_st,
+    return give(call_.rev_jac_sparse(id_, st.size(), rt.size(), q, user_st, copied<UserSets>(rt)), user_st,
                 st);
   }
   bool rev_sparse_hes(const vector<bool>&, const vector<bool>& s, vector<bool>& t, Size q, const Sets& r,
                       const Sets& u, Sets& v) override {
     Bools user_t(t.size());
     UserSets user_v(v.size());
-    return give(call_.rev_hes_sparse(id_, t.size(), s.size(), q, copy_of<UserSets>(r), copy_of<Bools>(s),
-                                     user_t, copy_of<UserSets>(u), user_v),
+    return give(call_.rev_hes_sparse(id_, t.size(), s.size(), q, copied<UserSets>(r), copied<Bools>(s),
+                                     user_t, copied<UserSets>(u), user_v),
                 user_v, v);
   }
 

@@ -35,6 +35,13 @@ void call_handler(const std::string& message) {
   last_message = message;
   if (current_handler) current_handler(true, 0, "dyntape", "", last_message.c_str());
 }
+void refuse_size(const std::string& what, std::size_t got, std::size_t expected) {
+  refuse(what + ": got " + std::to_string(got) + ", expected " + std::to_string(expected));
+}
+void refuse_index(const std::string& what, std::size_t i, std::size_t n) {
+  refuse(what + " " + std::to_string(i) + " does not exist; there are " + std::to_string(n));
+}
+
 void refuse(const std::string& sentence) {
   call_handler(sentence);
   throw ArgumentError(sentence);

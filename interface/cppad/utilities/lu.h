@@ -37,18 +37,12 @@ bool LeqZero(const std::complex<Float>& x) {
 }
 
 namespace detail {
-inline void check_matrix(const char* what, std::size_t got, std::size_t expected) {
-  if (got != expected)
-    refuse(std::string(what) + " has " + std::to_string(got) + " entries, expected " +
-           std::to_string(expected));
-}
-
 // Before each step of elimination: at_pivot(step, pivot).
 template <class SizeVector, class Vector, class AtPivot>
 int factor(SizeVector& ip, SizeVector& jp, Vector& LU, AtPivot&& at_pivot) {
   using Scalar = std::remove_cvref_t<decltype(LU[0])>;
   const std::size_t n = ip.size();
-  check_matrix("LuFactor: LU", LU.size(), n * n);
+  check_size("LuFactor: the size of LU", LU.size(), n * n);
   int sign = 1;
   for (std::size_t i = 0; i < n; ++i) ip[i] = jp[i] = i;
   for (std::size_t p = 0; p < n; ++p) {
@@ -121,8 +115,8 @@ void LuInvert(const SizeVector& ip, const SizeVector& jp, const Vector& LU, Vect
 
 template <class Scalar, class Vector>
 int LuSolve(std::size_t n, std::size_t m, const Vector& A, const Vector& B, Vector& X, Scalar& logdet) {
-  detail::check_matrix("LuSolve: A", A.size(), n * n);
-  detail::check_matrix("LuSolve: B", B.size(), n * m);
+  detail::check_size("LuSolve: the size of A", A.size(), n * n);
+  detail::check_size("LuSolve: the size of B", B.size(), n * m);
   vector<std::size_t> ip(n), jp(n);
   Vector LU = A;
   logdet = Scalar(0);

@@ -226,7 +226,7 @@ const Misuse kMisuses[] = {
        double d;
        CppAD::LuSolve(2, 1, A, B, X, d);
      },
-     {"A has 3", "expected 4"}},
+     {"A: got 3", "expected 4"}},
 };
 
 class CppadMisuse : public ::testing::TestWithParam<Misuse> {

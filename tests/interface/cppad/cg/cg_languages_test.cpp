@@ -214,14 +214,14 @@ TEST(CppadCgModels, RefuseArraysOfOtherSizes) {
   const auto sentence = [&](const std::function<void()>& call) {
     return sentence_of<dyntape::ArgumentError>(call);
   };
-  EXPECT_NE(sentence([&] { m.model->ForwardZero(three, x); }).find("x has 3 entries, expected 2"),
+  EXPECT_NE(sentence([&] { m.model->ForwardZero(three, x); }).find("the size of x: got 3, expected 2"),
             std::string::npos);
-  EXPECT_NE(sentence([&] { m.model->ForwardZero(x, three); }).find("y has 3 entries, expected 2"),
+  EXPECT_NE(sentence([&] { m.model->ForwardZero(x, three); }).find("the size of y: got 3, expected 2"),
             std::string::npos);
-  EXPECT_NE(sentence([&] { m.model->Jacobian(x, three); }).find("the Jacobian has 3"), std::string::npos);
-  EXPECT_NE(sentence([&] { m.model->Hessian(x, x, three); }).find("the Hessian has 3"), std::string::npos);
-  EXPECT_NE(sentence([&] { m.model->Hessian(x, three, four); }).find("w has 3"), std::string::npos);
-  EXPECT_NE(sentence([&] { m.model->ReverseTwo(four, four, three); }).find("py has 3"), std::string::npos);
+  EXPECT_NE(sentence([&] { m.model->Jacobian(x, three); }).find("the Jacobian: got 3"), std::string::npos);
+  EXPECT_NE(sentence([&] { m.model->Hessian(x, x, three); }).find("the Hessian: got 3"), std::string::npos);
+  EXPECT_NE(sentence([&] { m.model->Hessian(x, three, four); }).find("w: got 3"), std::string::npos);
+  EXPECT_NE(sentence([&] { m.model->ReverseTwo(four, four, three); }).find("py: got 3"), std::string::npos);
 }
 
 TEST(CppadCgPool, RunsEachJobOnce) {
