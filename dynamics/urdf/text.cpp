@@ -51,6 +51,10 @@ std::string xml_problem(const tinyxml2::XMLDocument& document) {
       return "the file is empty; expected a <robot> element";
     case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
       return "not well-formed XML: " + unclosed(document) + " is closed by another name, or not at all";
+    case tinyxml2::XML_ERROR_PARSING:
+      return "not well-formed XML: the file ends before the element that begins here is closed";
+    case tinyxml2::XML_ERROR_PARSING_COMMENT:
+      return "not well-formed XML: the file ends before the comment that begins here is closed";
     case tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED:
       return "elements are nested too deeply for a URDF file";
     case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/identification/estimator.h>
 
+#include <cmath>
+
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/factorisations.h>
 
@@ -13,11 +15,15 @@ using Eigen::VectorXd;
 
 double condition_of(const MatrixXd& A) {
   const VectorXd s = singular_values(A).values;
-  return s[0] / s[s.size() - 1];
+  const double least = s[s.size() - 1];
+  return least > 0 ? s[0] / least : HUGE_VAL;
 }
 
 void check_torques(const MatrixXd& tau, Eigen::Index nv, Eigen::Index count) {
-  if (tau.rows() == nv && tau.cols() == count) return;
+  if (tau.rows() == nv && tau.cols() == count) {
+    if (tau.allFinite()) return;
+    throw ArgumentError("estimate: tau has an entry that is not finite, expected numbers");
+  }
   throw ArgumentError("estimate: tau is " + std::to_string(tau.rows()) + " x " + std::to_string(tau.cols()) +
                       ", expected " + std::to_string(nv) + " x " + std::to_string(count));
 }
@@ -30,6 +36,8 @@ BaseEstimator::BaseEstimator(const Model<double>& model, const BaseParameters& b
   if (sigma.size() != base.nv(model) || !(sigma.array() > 0).all() || !sigma.allFinite())
     throw ArgumentError("estimator: sigma needs " + std::to_string(base.nv(model)) +
                         " positive entries, one a torque of model \"" + model.name + "\"");
+  if (!W_.allFinite())
+    throw ArgumentError("estimator: the regressor of q, v and a is not finite, expected samples of numbers");
   if (W_.rows() < W_.cols())
     throw ArgumentError("estimator: " + std::to_string(samples.count()) + " samples give " +
                         std::to_string(W_.rows()) + " torques for " + std::to_string(W_.cols()) +

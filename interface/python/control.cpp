@@ -175,7 +175,8 @@ void bind_mpc(nb::module_& module) {
                        "False, iterations: int = 50, target_bytes: int = 0) -> dict[str, Any]"),
                "Writes this controller as folder/name.c and .h for a microcontroller: C99 without heap, "
                "recursion, libraries or\n"
-               "static variables.  The scheme has to be euler, semi-implicit-euler or runge-kutta-4.\n\n"
+               "static variables.  The scheme has to be euler, semi-implicit-euler, runge-kutta-4 or "
+               "runge-kutta-4x<steps>.\n\n"
                "name: of its functions; empty: the problem's.  single: float instead of double.  iterations: "
                "most of a step.\n"
                "target_bytes: refuse what takes more; 0: any.  Returns files, state_bytes, constant_bytes, "

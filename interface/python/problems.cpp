@@ -232,6 +232,19 @@ std::string word_of(Role role) {
   return kWords[static_cast<int>(role)];
 }
 
+VectorXd end_of(const P& p, nb::handle x, const std::string& what) {
+  if (x.is_none())
+    throw ArgumentError(what + ": got None, expected an array of shape (" + std::to_string(p.problem.n_x()) +
+                        ",); NaN is an entry that is free");
+  const VectorXd end = vector_of(x, what, p.problem.n_x());
+  for (Eigen::Index i = 0; i < end.size(); ++i) {
+    if (std::isinf(end[i]))
+      throw ArgumentError(what + ": " + p.problem.states[std::size_t(i)] + " is " + io::shortest(end[i]) +
+                          "; expected a number, or NaN for a free entry");
+  }
+  return end;
+}
+
 void bind_ends(nb::class_<P>& problem) {
   problem
       .def_prop_ro(
@@ -242,16 +255,16 @@ void bind_ends(nb::class_<P>& problem) {
           "controls", [](const P& p) { return p.problem.controls; }, "Names of the controls.")
       .def_prop_rw(
           "start", [](const P& p) { return of(p.problem.start); },
-          [](P& p, nb::handle x) { p.problem.start = vector_of(x, "start", p.problem.n_x()); },
+          [](P& p, nb::handle x) { p.problem.start = end_of(p, x, "start"); },
           nb::for_getter(nb::sig("def start(self) -> Array")),
           nb::for_setter(nb::sig("def start(self, x: ArrayLike, /) -> None")),
-          "(states,) where the motion begins; NaN: free.")
+          nb::for_setter(nb::arg("x").none()), "(states,) where the motion begins; NaN: free.")
       .def_prop_rw(
           "goal", [](const P& p) { return of(p.problem.goal); },
-          [](P& p, nb::handle x) { p.problem.goal = vector_of(x, "goal", p.problem.n_x()); },
+          [](P& p, nb::handle x) { p.problem.goal = end_of(p, x, "goal"); },
           nb::for_getter(nb::sig("def goal(self) -> Array")),
           nb::for_setter(nb::sig("def goal(self, x: ArrayLike, /) -> None")),
-          "(states,) where it ends; NaN: free.")
+          nb::for_setter(nb::arg("x").none()), "(states,) where it ends; NaN: free.")
       .def("start_at", start_at_state, nb::arg("q"), nb::arg("v") = nb::none(),
            nb::sig("def start_at(self, q: ArrayLike, v: ArrayLike | None = None) -> None"),
            "Begins at q (nq,), v (nv,), by default at rest; of a robot.")
@@ -285,7 +298,7 @@ void bind_limits(nb::class_<P>& problem) {
           nb::arg("lower") = nb::none(), nb::arg("upper") = nb::none(),
           nb::sig("def bound_states(self, lower: ArrayLike | None = None, upper: ArrayLike | None = None) -> "
                   "None"),
-          "Bounds at every point; a number is for all.")
+          "Bounds at every point; a number is for all, None leaves this side as it is.")
       .def(
           "bound_controls",
           [](P& p, nb::handle lower, nb::handle upper) {
@@ -294,7 +307,7 @@ void bind_limits(nb::class_<P>& problem) {
           nb::arg("lower") = nb::none(), nb::arg("upper") = nb::none(),
           nb::sig("def bound_controls(self, lower: ArrayLike | None = None, upper: ArrayLike | None = None) "
                   "-> None"),
-          "Bounds at every point; a number is for all.")
+          "Bounds at every point; a number is for all, None leaves this side as it is.")
       .def(
           "add_parameter",
           [](P& p, const std::string& name, nb::handle value, nb::handle times) {
@@ -372,13 +385,13 @@ PyType_Slot problem_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse
 void check_bounds(const std::string& call, const std::vector<std::string>& names, const VectorXd& lower,
                   const VectorXd& upper) {
   for (Eigen::Index i = 0; i < lower.size(); ++i) {
-    if (!(lower[i] > upper[i])) continue;
+    if (lower[i] <= upper[i] && lower[i] < HUGE_VAL && upper[i] > -HUGE_VAL) continue;
     const std::string name = lower.size() == std::ssize(names) ? names[std::size_t(i)]
                              : lower.size() == 1               ? ""
                                                                : "entry " + std::to_string(i);
     throw ArgumentError(call + ": " + (name.empty() ? "" : name + ": ") + "lower is " +
                         io::shortest(lower[i]) + ", upper is " + io::shortest(upper[i]) +
-                        "; expected a lower bound of at most the upper");
+                        "; expected a lower bound of at most the upper, and below infinity");
   }
 }
 

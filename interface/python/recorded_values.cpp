@@ -366,8 +366,11 @@ VectorXad recorded_vector(nb::handle given, const std::string& what) {
     const nb::handle entry(*from ? *from : Py_None);  // numpy leaves null where it wrote nothing
     ++from;
     if (!as_recorded(entry, value))
-      throw ArgumentError(what + ": expected recorded values and numbers, got " +
-                          nb::cast<std::string>(nb::repr(entry.type())));
+      throw ArgumentError(
+          what + ": expected recorded values and numbers, got " +
+          (PyArray_Check(entry.ptr())
+               ? "an array among them; expected a[0] of an array of one entry, or np.concatenate"
+               : nb::cast<std::string>(nb::repr(entry.type()))));
   }
   return values;
 }

@@ -13,6 +13,7 @@
 
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/scene/scene_of_robot.h>
+#include <dyntape/interface/files/scene/start_notes.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/report/player/player.h>
 
@@ -129,7 +130,7 @@ void bind_scene(nb::module_& module) {
       .def_prop_ro(
           "integrator", [](const S& s) { return to_string(s.scene.integrator); }, "What one step is.")
       .def_prop_ro(
-          "notes", [](const S& s) { return s.scene.notes; },
+          "notes", [](const S& s) { return notes_of(s.scene); },
           "What is odd in the robot's file, a sentence each.")
       .def_prop_ro(
           "effective", [](const S& s) { return s.scene.effective; },
@@ -199,8 +200,12 @@ void bind_simulation(nb::module_& module) {
 std::vector<io::Setting> settings_from(nb::handle given) {
   std::vector<io::Setting> settings;
   if (!given.is_valid() || given.is_none()) return settings;
-  const nb::dict values = nb::cast<nb::dict>(given);
-  for (const auto& [key, value] : values) settings.push_back({text_of(key, "set"), value_text(value)});
+  if (!nb::isinstance<nb::dict>(given))
+    throw nb::type_error(("set: expected a dictionary, {\"simulation.duration\": 2}, got " +
+                          nb::cast<std::string>(nb::repr(given.type())))
+                             .c_str());
+  for (const auto& [key, value] : nb::borrow<nb::dict>(given))
+    settings.push_back({text_of(key, "set"), value_text(value)});
   return settings;
 }
 

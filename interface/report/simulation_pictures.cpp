@@ -3,6 +3,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/report/joints/joint_panels.h>
 #include <dyntape/interface/report/plot/curves.h>
 
@@ -174,7 +175,10 @@ io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion) {
     }
     return io::over_time(title, "[N]", names, vector_of(motion.t), parts);
   };
-  plot.panels = {panel("forces at points, upwards", [](const Eigen::Vector3d& f) { return f.z(); }),
+  // An impact between two samples is in none.
+  const std::string samples =
+      scene.stride() > 1 ? ", at samples " + io::significant(1e3 * scene.sample, 3) + " ms apart" : "";
+  plot.panels = {panel("forces at points, upwards" + samples, [](const Eigen::Vector3d& f) { return f.z(); }),
                  panel("sideways", [](const Eigen::Vector3d& f) { return std::hypot(f.x(), f.y()); })};
   plot.one_legend = true;
   return with_fewer_points(std::move(plot));

@@ -6,6 +6,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/files/scene/folded_notes.h>
+#include <dyntape/interface/files/scene/start_notes.h>
 #include <dyntape/interface/io/facts.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/result_folder.h>
@@ -163,8 +164,9 @@ io::Facts facts_of(const SimulationReport& report) {
     facts.below("accuracy: " + report.accuracy->sentence() + "\n");
     facts["accuracy"] = json_of(*report.accuracy);
   }
-  for (const std::string& note : folded(report.scene.notes)) facts.below("note: " + note + "\n");
-  facts["notes"] = report.scene.notes;
+  const std::vector<std::string> notes = notes_of(report.scene);
+  for (const std::string& note : folded(notes)) facts.below("note: " + note + "\n");
+  facts["notes"] = notes;
   facts["sources"] = report.motion.sources;
   facts["unwritten"] = report.unwritten;
   return facts;
@@ -204,7 +206,7 @@ void write_results(SimulationReport& report, const std::string& folder, const st
 
 std::string explain(const Scene& scene, const std::stop_token& stop) {
   std::string text = "Scene \"" + scene.name + "\" (" + scene.file + ")\n" +
-                     robot_text(scene.robot, scene.urdf, scene.notes);
+                     robot_text(scene.robot, scene.urdf, notes_of(scene));
   const FunctionCost all = scene_cost(scene.robot, scene.evaluation, true);
   text += "\nAccelerations: " + io::with_groups(all.value.operations) + " operations, " +
           io::duration(all.value.seconds) + "; with their Jacobian " +

@@ -148,3 +148,15 @@ def test_locks():
     assert dyntape.load(CONFIG / "robots" / "panda.urdf", lock=FINGERS).nv == 7
     with pytest.raises(dyntape.ArgumentError, match="no joint"):
         dyntape.load(CONFIG / "robots" / "panda.urdf", lock=["panda_finger_joint3"])
+
+
+def test_what_is_kept_to_the_end_is_no_line_on_the_terminal():
+    """An exception that something keeps, as pytest does, keeps the frames of a failed recording."""
+    program = (
+        "import ctypes, dyntape\n"
+        "def f(x):\n    raise ValueError('mine')\n"
+        "try:\n    dyntape.record(f, 2)\n"
+        "except ValueError as error:\n    ctypes.pythonapi.Py_IncRef(ctypes.py_object(error))\n"
+    )
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")

@@ -78,6 +78,7 @@ WRONG += [
 
 
 WRONG += [
+    (lambda: dyntape.simulate(SCENE, set=["simulation.duration=1"]), "set: expected a dictionary, {\"simulation.duration\": 2}, got <class 'list'>"),
     (lambda: car().solve(4, tolerence=1e-6), 'Problem.solve has no argument "tolerence"; did you mean "tolerance"?'),
     (lambda: car().solve(4, tolerance="fine"), "Problem.solve: tolerance is 'fine'; expected float"),
     (lambda: car().solve(4, max_iterations=2.5), "Problem.solve: max_iterations is 2.5; expected int"),
@@ -339,9 +340,16 @@ REFUSED = [
       }.items() for wrong in all_wrong],
     (lambda: square()(np.array([1j, 2])), "x: expected an array of numbers, got complex ones"),
     (lambda: setattr(car(), "start", "here"), "start: expected an array of numbers, got text"),
+    (lambda: setattr(car(), "start", None), "start: got None, expected an array of shape (1,); NaN is an entry that is free"),
+    (lambda: setattr(car(), "goal", [-np.inf]), "goal: x is -inf; expected a number, or NaN for a free entry"),
+    (lambda: bounded(np.nan, 1), "bound_states: x: lower is nan, upper is 1; expected a lower bound of at most"),
+    (lambda: bounded(np.inf, np.inf), "bound_states: x: lower is inf, upper is inf; expected a lower bound of at most"),
+    (lambda: dyntape.Mpc(car(), tolerance=0).step(0.0, [1.0]), "the tolerance of a step is 0, expected a positive number"),
+    (lambda: dyntape.record(lambda x: [x[0], x[:1]], 2), "got an array among them; expected a[0] of an array of one entry, or np.concatenate"),
+    (lambda: dyntape.Problem("none", [], ["u"], 1.0, lambda s: []).solve(4), 'problem "none": there are no states; expected one or more'),
     (lambda: car().bound_states("low"), "bound_states: expected an array of numbers, got text"),
-    (lambda: car().bound_states(1, -1), "bound_states: x: lower is 1, upper is -1; expected a lower bound of at most the upper"),
-    (lambda: car().bound_controls([1], [-1]), "bound_controls: u: lower is 1, upper is -1; expected a lower bound of at most the upper"),
+    (lambda: car().bound_states(1, -1), "bound_states: x: lower is 1, upper is -1; expected a lower bound of at most the upper, and below infinity"),
+    (lambda: car().bound_controls([1], [-1]), "bound_controls: u: lower is 1, upper is -1; expected a lower bound of at most the upper, and below infinity"),
     (lambda: bounded(-2, 3).bound_states(upper=-2.5), "bound_states: x: lower is -2, upper is -2.5; expected"),
     (lambda: bounded(-2, 3).bound_states(4), "bound_states: x: lower is 4, upper is 3; expected"),
     (lambda: car().add_inequality("w", lambda s: s.x, 1, -1), 'add_inequality("w"): lower is 1, upper is -1; expected a lower bound of at most'),

@@ -3,6 +3,7 @@
 // dyntape simulate as a new user types it: scene files, robots with a few options, what is refused, what is written.
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <regex>
 
 #include <nlohmann/json.hpp>
@@ -123,6 +124,22 @@ TEST(Simulate, WritesTheStartThatOptionsSay) {
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-9) << i;
 }
 
+// The command's own words had old names of keys, and a note told the user to replace them.
+TEST(Simulate, SaysNothingOfItsOwnWords) {
+  const Scratch scratch;
+  std::ofstream(scratch / "sled.urdf") << "<robot name='sled'><link name='world'/><link "
+                                          "name='body'><inertial><mass value='2'/><inertia ixx='1' "
+                                          "iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link><joint "
+                                          "name='glide' type='planar'><axis xyz='0 0 1'/><parent "
+                                          "link='world'/><child link='body'/></joint></robot>";
+  const Outcome run = run_dyntape({"simulate", scratch / "sled.urdf", "--for", "0.1", "--q0", "1,2,0.6,0.8",
+                                   "--v0", "0,0,0.5", "--output", scratch / "out"});
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_FALSE(holds(run.out, "note:")) << run.out;
+  EXPECT_TRUE(holds(slurp(scratch / "out/motion.csv"), "\n0,1,2,0.6,0.8,0,0,0.5,"))
+      << slurp(scratch / "out/motion.csv");
+}
+
 TEST(Simulate, ReadsWhatSolveWrites) {
   const Scratch scratch;
   const Outcome solved =
@@ -172,7 +189,11 @@ TEST(Simulate, RefusesInASentence) {
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"simulate", "none.urdf"}, "none.urdf"},
       {{"simulate", solo, "--q0", "1,2,3"}, "--q0: got 3 numbers; expected"},
-      {{"simulate", solo, "--effects", "joint_dampin=1"}, "did you mean 'joint_damping'"},
+      {{"simulate", solo, "--effects", "joint_dampin=1"},
+       "--effects joint_dampin: unknown key 'joint_dampin' in 'effects'; did you mean 'joint_damping'"},
+      {{"simulate", solo, "--effects", "joint_damping="}, "--effects joint_damping=: got no value"},
+      {{"simulate", solo, "--for", "0"}, "--for: 'simulation.duration' must be positive, got '0'"},
+      {{"simulate", solo, "--step", "0.3"}, "--step: 'duration' of 1 s is not made of whole steps"},
       {{"simulate", solo, "--integrator", "euler"}, "did you mean 'semi-implicit-euler'"},
       {{"simulate", solo, "--step", "-1"}, "must be positive"},
       {{"simulate", solo, "--v0", "nan"}, ""},

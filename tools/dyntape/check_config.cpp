@@ -8,6 +8,7 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/old_names.h>
 #include <dyntape/interface/files/scene/folded_notes.h>
+#include <dyntape/interface/files/scene/start_notes.h>
 #include <dyntape/interface/files/sweep/sweep.h>
 #include <dyntape/interface/files/task/task_keys.h>
 #include <dyntape/interface/files/task/task_phases.h>
@@ -73,10 +74,11 @@ Found found_in(const TextOfFile& file) {
     Scene scene = read_scene_text(file.text, file.path, file.settings);
     check_start(scene);
     const dynamics::Model<double>& model = scene.robot.model;
+    std::vector<std::string> notes = notes_of(scene);
     return {std::move(scene.effective),
             "a scene of " + std::to_string(model.nv - int(scene.robot.mimics.size())) +
                 " degrees of freedom, " + std::to_string(actuated_dofs(scene.robot).size()) + " driven",
-            std::move(scene.notes)};
+            std::move(notes)};
   }
   if (has_block(file, "centroidal")) {
     CentroidalTask task = centroidal_task_in(file);

@@ -46,30 +46,33 @@ bool is_robot(const TextOfFile& file) {
   return first != file.text.npos && file.text[first] == '<';
 }
 
-// "joint_damping=0.1" as a line of a scene's effects.
-std::string effect_line(const std::string& option) {
+// "joint_damping=0.1" as a key of a scene's effects.
+io::Setting effect_setting(const std::string& option) {
   const std::size_t equals = option.find('=');
-  if (equals == std::string::npos) return "  " + option + " on\n";
-  return "  " + option.substr(0, equals) + " \"" + option.substr(equals + 1) + "\"\n";
+  if (equals + 1 == option.size())
+    throw ArgumentError("--effects " + option + ": got no value, expected one after '=', or the key alone");
+  const std::string key = option.substr(0, equals);
+  return {"effects." + key, equals == option.npos ? "on" : option.substr(equals + 1), "--effects " + key};
 }
 
 // The scene file that the options stand for.
-std::string scene_text(const SimulateOptions& options) {
+std::vector<io::Setting> scene_settings(const SimulateOptions& options) {
   const std::filesystem::path robot(options.file);
   if (robot.filename().string().find('"') != std::string::npos)
     throw ArgumentError("the robot's file " + robot.filename().string() +
                         " has a quotation mark in its name, which no scene can hold; rename it");
-  std::string text = "name \"" + robot.stem().string() + "\"\n";
-  text += "robot\n{\n  urdf \"" + robot.filename().string() + "\"\n  base " + options.base + "\n";
   std::string lock;
   for (const std::string& joint : options.lock) lock += (lock.empty() ? "" : " ") + joint;
-  if (!lock.empty()) text += "  lock \"" + lock + "\"\n";
-  if (options.mimic) text += "  mimic true\n";
-  text += "}\neffects\n{\n";
-  for (const std::string& effect : options.effects) text += effect_line(effect);
-  text += "}\nsimulation\n{\n  duration " + io::shortest(options.duration) + "\n  step " +
-          io::shortest(options.step) + "\n  integrator " + options.integrator + "\n}\n";
-  return text;
+  std::vector<io::Setting> settings = {{"name", robot.stem().string(), "the robot's file"},
+                                       {"robot.urdf", robot.filename().string(), "the robot's file"},
+                                       {"robot.base", options.base, "--base"},
+                                       {"robot.lock", lock, "--lock"}};
+  if (options.mimic) settings.push_back({"robot.mimic", "true", "--mimic"});
+  for (const std::string& effect : options.effects) settings.push_back(effect_setting(effect));
+  settings.push_back({"simulation.duration", io::shortest(options.duration), "--for"});
+  settings.push_back({"simulation.step", io::shortest(options.step), "--step"});
+  settings.push_back({"simulation.integrator", options.integrator, "--integrator"});
+  return settings;
 }
 
 // The numbers of an option: all of q or v, or one a joint of one degree of freedom, or one for these.
@@ -141,8 +144,8 @@ std::string start_text(const RobotScene& robot, const Eigen::VectorXd& q, const 
     const Eigen::Vector4d at = q.segment<4>(joint.idx_q);
     const Eigen::Vector3d moves = v.segment<3>(joint.idx_v);
     text += "  planar\n  {\n    joint \"" + name + "\"\n    position " +
-            quoted(Eigen::Vector2d(at.head<2>())) + "    turn " + io::shortest(std::atan2(at[3], at[2])) +
-            "\n    velocity " + quoted(Eigen::Vector2d(moves.head<2>())) + "    turn_rate " +
+            quoted(Eigen::Vector2d(at.head<2>())) + "    angle " + io::shortest(std::atan2(at[3], at[2])) +
+            "\n    velocity " + quoted(Eigen::Vector2d(moves.head<2>())) + "    angular_velocity " +
             io::shortest(moves[2]) + "\n  }\n";
   }
   return text + "}\n";
@@ -164,15 +167,16 @@ Scene scene_in(const SimulateOptions& options) {
   if (std::error_code none; !std::filesystem::is_regular_file(file.path, none))
     throw FileError(file.path + ": a robot by a pipe can be read once only; expected the name of its file");
   const std::string here = (std::filesystem::path(options.file).parent_path() / "(command line)").string();
-  const std::string text = scene_text(options);
-  Scene scene = read_scene_text(text, here, file.settings);
+  std::vector<io::Setting> settings = scene_settings(options);
+  settings.insert(settings.end(), file.settings.begin(), file.settings.end());
+  Scene scene = read_scene_text("", here, settings);
   if (options.q0.empty() && options.v0.empty()) return scene;
   const RobotScene robot = scene.robot;
   const Ties ties = ties_of(robot);
   const Eigen::VectorXd q = ties.tied_q(spread(options.q0, robot, "--q0", scene.q, true));
   check_rotations(q, robot.model);
   const Eigen::VectorXd v = ties.tied_v(spread(options.v0, robot, "--v0", scene.v, false));
-  scene = read_scene_text(text + start_text(robot, q, v), here, file.settings);
+  scene = read_scene_text(start_text(robot, q, v), here, settings);
   scene.q = q, scene.v = v;  // also of joints that a file has no words for
   return scene;
 }

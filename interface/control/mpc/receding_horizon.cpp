@@ -136,6 +136,9 @@ RecedingHorizon::RecedingHorizon(const Problem& problem, const MpcOptions& optio
   if (options.iterations < 0)
     refuse(problem, std::to_string(options.iterations) +
                         " iterations a step, expected 0 (until it is solved) or more");
+  if (!(options.solver.tolerance > 0))
+    refuse(problem, "the tolerance of a step is " + io::shortest(options.solver.tolerance) +
+                        ", expected a positive number");
   if (!options.printed) return;
   ControllerOptions printed;
   printed.mesh = options.mesh;

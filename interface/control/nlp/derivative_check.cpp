@@ -134,7 +134,7 @@ class Checker {
  private:
   [[noreturn]] void not_finite(const std::string& what) const {
     throw NumericalError("derivative check: the " + what +
-                         " is not finite near the start; choose another start or switch the check off");
+                         " is not finite near the start; choose another start or first guess");
   }
 
   // Of a difference of values whose terms are as large as `terms`; their rounding is no error.

@@ -253,6 +253,7 @@ void check_room(const Problem& problem, const std::string& what, double lower, d
 void check(const Problem& problem) {
   if (!(problem.duration > 0 && std::isfinite(problem.duration)))
     refuse(problem, "the duration is " + std::to_string(problem.duration) + " s, expected a positive number");
+  if (problem.states.empty()) refuse(problem, "there are no states; expected one or more");
   if (problem.positions < 0 || problem.positions > problem.n_x())
     refuse(problem, std::to_string(problem.positions) + " states are positions, expected 0 to " +
                         std::to_string(problem.n_x()));

@@ -232,6 +232,20 @@ std::string its_keys(const std::vector<std::string>& keys) {
   return text + (keys.size() > kShown ? ", ..." : "");
 }
 
+// "in 'horizon' or in 'mpc'": where else the key was asked for; empty of none and of many.
+std::string other_blocks(const detail::SectionReading& reading, const std::string& here,
+                         const std::string& key) {
+  constexpr std::size_t kMost = 2;
+  const auto found = reading.asked_in.find(key);
+  std::set<std::string> paths = found == reading.asked_in.end() ? std::set<std::string>() : found->second;
+  paths.erase(here);  // asked for in another block of this name
+  if (paths.size() > kMost) return "";
+  std::string text;
+  for (const std::string& path : paths)
+    text += (text.empty() ? "" : " or ") + (path.empty() ? "outside all blocks" : "in '" + path + "'");
+  return text;
+}
+
 }  // namespace
 
 void Section::check_unread() {
@@ -270,15 +284,14 @@ std::string Section::unknown(const std::string& key) const {
   return "unknown key '" + key + "'" + place + hint(key);
 }
 
-// What other tools call a key of this block; the nearest key that was asked for here; failing that, another block where this
-// very key was asked for, or a key here that ends in it (joint_damping for damping).
+// What other tools call a key of this block; the nearest key that was asked for here; failing that, up to two other blocks where
+// this very key was asked for, or a key here that ends in it (joint_damping for damping).
 std::string Section::hint(const std::string& key) const {
   if (const std::string meant = synonym_of(key, state_->asked); !meant.empty())
     return "; did you mean '" + meant + "'?";
   if (nearest_name(key, state_->asked).empty()) {
-    const auto other = reading_->asked_in.find(key);
-    if (other != reading_->asked_in.end())
-      return "; it belongs " + (other->second.empty() ? "outside all blocks" : "in '" + other->second + "'");
+    const std::string blocks = other_blocks(*reading_, state_->path, key);
+    if (!blocks.empty()) return "; it belongs " + blocks;
     for (const std::string& asked : state_->asked)
       if (asked.ends_with("_" + key)) return "; did you mean '" + asked + "'?";
   }

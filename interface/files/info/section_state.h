@@ -68,9 +68,9 @@ struct SectionReading {
   InfoNode root;
   std::vector<Problem> problems;
   std::vector<std::string> files;
-  std::set<std::string> noted;                                 // by sections
-  std::list<SectionState> top;                                 // one element
-  std::unordered_map<std::string, std::string> asked_in = {};  // paths of blocks, by keys that were asked for
+  std::set<std::string> noted;                                           // by sections
+  std::list<SectionState> top;                                           // one element
+  std::unordered_map<std::string, std::set<std::string>> asked_in = {};  // paths of blocks, by keys asked for
   bool is_catalogue = false;
   std::vector<Question> questions = {};
   std::vector<Replacement> replacements = {};
@@ -88,7 +88,7 @@ struct SectionReading {
     while (!open.empty()) {
       const SectionState* state = open.back();
       open.pop_back();
-      for (const std::string& key : state->asked) asked_in.emplace(key, state->path);
+      for (const std::string& key : state->asked) asked_in[key].insert(state->path);
       for (const SectionState& block : state->blocks) open.push_back(&block);
     }
   }

@@ -19,7 +19,7 @@ struct PathStep {
 };
 
 [[noreturn]] void refuse_option(const std::string& option) {
-  throw ArgumentError(kOption + option +
+  throw ArgumentError(option +
                       ": expected a path of keys, '=' and a value, as in --set horizon.intervals=60");
 }
 
@@ -36,13 +36,18 @@ std::optional<PathStep> read_step(std::string key) {
   return step;
 }
 
+// What messages name.
+std::string option_of(const Setting& setting) {
+  return setting.option.empty() ? kOption + setting.path : setting.option;
+}
+
 std::vector<PathStep> steps_of(const Setting& setting) {
   std::vector<PathStep> steps;
   const std::string& path = setting.path;
   for (std::size_t begin = 0; begin <= path.size();) {
     const std::size_t end = std::min(path.find('.', begin), path.size());
     std::optional<PathStep> step = read_step(path.substr(begin, end - begin));
-    if (!step) refuse_option(path + "=" + setting.value);
+    if (!step) refuse_option(option_of(setting) + "=" + setting.value);
     steps.push_back(std::move(*step));
     begin = end + 1;
   }
@@ -55,6 +60,10 @@ InfoNode& entry_of(InfoNode& block, const PathStep& step, const Where& where) {
   for (InfoNode& node : block.children) {
     if (node.key == step.key && number++ == step.number) return node;
   }
+  if (step.number > number)
+    throw ArgumentError(*where.file + ": '" + step.key + "[" + std::to_string(step.number) +
+                        "]' counts from 0 what has this name, and there are " + std::to_string(number) +
+                        "; expected at most '" + step.key + "[" + std::to_string(number) + "]'");
   InfoNode made;
   made.key = step.key;
   made.where = made.value_where = where;
@@ -83,7 +92,7 @@ std::vector<Setting> settings_of(const std::vector<std::string>& options) {
   std::vector<Setting> settings;
   for (const std::string& option : options) {
     const std::size_t equals = option.find('=');
-    if (equals == std::string::npos || equals == 0) refuse_option(option);
+    if (equals == std::string::npos || equals == 0) refuse_option(kOption + option);
     settings.push_back({option.substr(0, equals), option.substr(equals + 1)});
     steps_of(settings.back());
   }
@@ -94,7 +103,7 @@ std::vector<Replacement> apply(const std::vector<Setting>& settings, InfoNode& r
                                const std::vector<Renamed>& renamed) {
   std::vector<Replacement> replacements;
   for (const Setting& setting : settings) {
-    const Where where{std::make_shared<const std::string>(kOption + setting.path), 0, 0};
+    const Where where{std::make_shared<const std::string>(option_of(setting)), 0, 0};
     std::vector<PathStep> steps = steps_of(setting);
     std::string value = setting.value;
     rename(steps, value, where, renamed, replacements);

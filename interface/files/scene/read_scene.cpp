@@ -130,18 +130,24 @@ void read_method(Section& file, Scene& scene, bool known) {
     block.problem("integrator",
                   "'" + std::string(to_string(scene.integrator)) +
                       "' has no rigid contacts or stops; expected steps of a length, such as runge-kutta-4");
+  // A default is no one's mistake.
+  const auto given = [&](const char* key) { return block.has(key) ? key : "duration"; };
+  const std::string lasts = " of a motion of " + io::shortest(scene.duration) + " s";
   if (scene.sample > scene.duration * (1 + 1e-9)) {
     block.problem("sample", "'sample' is longer than the duration of " + io::shortest(scene.duration) + " s");
   } else if (scene.duration / scene.sample > most_rows(scene)) {
-    block.problem("sample", "'sample' makes " + io::with_digits(scene.duration / scene.sample, 3) +
-                                " rows; expected at most " + io::with_digits(most_rows(scene), 3));
+    block.problem(given("sample"), "'sample' of " + io::shortest(scene.sample) + " s makes " +
+                                       io::with_digits(scene.duration / scene.sample, 3) + " rows" + lasts +
+                                       "; expected at most " + io::with_digits(most_rows(scene), 3));
   }
   if (count > 1e9)
-    block.problem("step", "'step' makes " + io::with_digits(count, 3) + " steps; expected at most 1e9");
-  check_whole(block, "step", scene.step, "duration", scene.duration);
+    block.problem(given("step"), "'step' of " + io::shortest(scene.step) + " s makes " +
+                                     io::with_digits(count, 3) + " steps" + lasts + "; expected at most 1e9");
+  check_whole(block, given("step"), scene.step, "duration", scene.duration);
   check_whole(block, "sample", scene.step, "sample", scene.sample);
   if (count < 1 - 1e-9)
-    block.problem("step", "'step' is longer than the duration of " + io::shortest(scene.duration) + " s");
+    block.problem(given("step"),
+                  "'step' is longer than the duration of " + io::shortest(scene.duration) + " s");
 }
 
 // Columns tau.<joint> over t, as solve writes them.

@@ -339,7 +339,7 @@ const TermKind* read_kind(Section& block, const RobotModel* model) {
   const std::string wanted = block.about(kinds_with_meanings()).get<std::string>("type");
   const TermKind* kind = kind_named(wanted);
   if (!kind && model && !wanted.empty())
-    block.problem("type", "'" + block.path() + ".what' cannot be '" + wanted + "'" + suggested_kind(wanted));
+    block.problem("type", "'" + block.path() + ".type' cannot be '" + wanted + "'" + suggested_kind(wanted));
   return kind;
 }
 

@@ -108,20 +108,27 @@ Groups groups_of(const RobotModel& model, bool of_q) {
   return groups;
 }
 
-// (rad) Roll, pitch and yaw, R = Rz Ry Rx.
-Eigen::Vector3d angles_of(const Eigen::Vector4d& quaternion) {
+// (rad) Roll, pitch and yaw, R = Rz Ry Rx.  Of the two triples of angles of a rotation, that whose roll is next to `roll`; at a
+// pitch of a quarter turn, where only roll and yaw together are determined, with this roll.
+Eigen::Vector3d angles_of(const Eigen::Vector4d& quaternion, double roll) {
   const Eigen::Matrix3d R = Eigen::Quaterniond(quaternion).normalized().toRotationMatrix();
-  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))),
-          std::atan2(R(1, 0), R(0, 0))};
+  if (std::hypot(R(2, 1), R(2, 2)) > 1e-9) {
+    const double found = std::atan2(R(2, 1), R(2, 2));
+    roll = found + M_PI * std::round((roll - found) / M_PI);
+  }
+  const Eigen::Matrix3d level = R * Eigen::AngleAxisd(-roll, Eigen::Vector3d::UnitX());
+  return {roll, std::atan2(-level(2, 0), level(2, 2)), std::atan2(-level(0, 1), level(1, 1))};
 }
 
-// Angles (rad) at the first entries of each rotation that is drawn as such.  They have no jumps by full turns: each is next to the
-// one before it, or if `near` has columns, next to the one there.
+// Angles (rad) at the first entries of each rotation that is drawn as such.  They have no jumps by full or half turns: each is next
+// to the one before it, or if `near` has columns, next to the one there.
 MatrixXd with_angles(const RobotModel& model, MatrixXd q, const MatrixXd& near = {}) {
+  const auto wanted = [&](Eigen::Index i, Eigen::Index p) {
+    const double next = near.cols() > 0 ? near(i, p) : p > 0 ? q(i, p - 1) : 0;
+    return std::isfinite(next) ? next : 0;
+  };
   const auto bring_near = [&](Eigen::Index i, Eigen::Index p) {
-    if (p == 0 && near.cols() == 0) return;
-    const double wanted = near.cols() > 0 ? near(i, p) : q(i, p - 1);
-    if (std::isfinite(wanted)) q(i, p) += 2 * M_PI * std::round((wanted - q(i, p)) / (2 * M_PI));
+    q(i, p) += 2 * M_PI * std::round((wanted(i, p) - q(i, p)) / (2 * M_PI));
   };
   for (const auto& joint : model.joints) {
     const bool is_base = joint.type == JointType::kFreeFlyer;
@@ -131,8 +138,8 @@ MatrixXd with_angles(const RobotModel& model, MatrixXd q, const MatrixXd& near =
     const Eigen::Index first = joint.idx_q + (is_base ? 3 : dynamics::nq(joint.type) - 2);
     for (Eigen::Index p = 0; p < q.cols(); ++p) {
       if (is_base) {
-        q.col(p).segment<3>(first) = angles_of(q.col(p).segment<4>(first));
-        bring_near(first, p), bring_near(first + 2, p);
+        q.col(p).segment<3>(first) = angles_of(q.col(p).segment<4>(first), wanted(first, p));
+        bring_near(first + 1, p), bring_near(first + 2, p);
       } else {
         q(first, p) = std::atan2(q(first + 1, p), q(first, p));
         bring_near(first, p);

@@ -9,7 +9,7 @@
 //   arrange_limbs(plot, model);
 //
 // Robots with more than seven joints of one degree of freedom get a panel for each limb.  Rotations of a base and of
-// joints with (cos, sin) are drawn as angles, without jumps by full turns.
+// joints with (cos, sin) are drawn as angles, without jumps by full or half turns, so a pitch may exceed a quarter turn.
 #pragma once
 
 #include <string>

@@ -66,6 +66,9 @@ TEST_P(Faults, AreNamedWithTheirLine) {
 
 const Fault kFaults[] = {
     {"NotWellFormed", 16, "</lnk>", "t.urdf:10: not well-formed XML: <link> is closed by another name"},
+    {"RobotNotClosed", 19, "",
+     "t.urdf:1: not well-formed XML: the file ends before the element that begins here"},
+    {"CommentNotClosed", 18, "<!-- foot", "t.urdf:18: not well-formed XML: the file ends before the comment"},
     {"AttributeWithoutQuotes", 12, "<mass value=1/>", "t.urdf:12: not well-formed XML: an attribute"},
     {"OtherRoot", 1, "<sdf name='r'>", "t.urdf:1: not well-formed XML"},
     {"NoRobotName", 1, "<robot>", "t.urdf:1: <robot> has no name"},

@@ -12,6 +12,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/files/scene/start_notes.h>
 #include <dyntape/interface/files/sweep/sweep.h>
 #include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/io/number.h>
@@ -20,6 +21,7 @@
 
 #include "interface/message_of.h"
 #include "interface/temporary_cache.h"
+#include "source_folder.h"
 
 namespace dyntape::left_out_test {
 namespace {
@@ -99,6 +101,28 @@ TEST(LeftOut, WhatDoesNotActIsNamedInEachKindOfFile) {
     EXPECT_TRUE(any_has(read_sweep(sweep).scene.notes, fault.named)) << fault.named;
     EXPECT_EQ(any_has(read_task(task).notes, fault.named), fault.of_tasks) << fault.named;
   }
+}
+
+// Both were simulated without a word.
+TEST(StartNotes, SayWhatIsSeldomMeant) {
+  const std::string folder = test::source_folder() + "/config/scenes/";
+  const auto notes = [&](const std::string& scene, const std::vector<std::string>& set) {
+    return notes_of_start(read_scene(folder + scene, io::settings_of(set)));
+  };
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    EXPECT_EQ(notes(entry.path().filename().string(), {}), std::vector<std::string>{}) << entry.path();
+  const std::vector<std::string> deep = notes("bouncing_ball.info", {"effects.contacts.contact.radius=100"});
+  ASSERT_EQ(deep.size(), 1u);
+  EXPECT_TRUE(deep[0].starts_with("at the start the contacts push with ")) << deep[0];
+  EXPECT_TRUE(deep[0].ends_with("a contact of radius 100 m is 98.9 m below the ground")) << deep[0];
+  EXPECT_EQ(
+      notes("bouncing_ball.info", {"effects.contacts.contact.radius=100", "start.base.position=0 0 101"}),
+      std::vector<std::string>{});
+  EXPECT_EQ(notes("arm_with_friction.info", {"start.q=90"}).size(), 1u);
+  EXPECT_TRUE(
+      any_has(notes("arm_with_friction.info", {"start.q=90"}), "beyond the limits of the robot's file"));
+  EXPECT_EQ(notes("arm_with_friction.info", {"start.q=90", "constraints.limits.restitution=0"}),
+            std::vector<std::string>{});  // refused
 }
 
 TEST(LeftOut, WhatActsIsNot) {

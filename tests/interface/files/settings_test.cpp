@@ -105,6 +105,38 @@ TEST(Settings, WhatIsNoneIsRefused) {
         << wrong;
 }
 
+// `start.q[1]=3` made the block's first `q`, so that all joints started at 3.
+TEST(Settings, NumbersThatLeaveOutOthersAreRefused) {
+  for (const char* wrong : {"solver.method[2]=a", "start.q[1]=3", "body[3].radius=1", "other[1]="})
+    EXPECT_NE(message_of<ArgumentError>([&] { with({wrong}); }).find("counts from 0 what has this name"),
+              std::string::npos)
+        << wrong;
+  EXPECT_EQ(message_of<ArgumentError>([] { with({"body[3].radius=1"}); }),
+            "--set body[3].radius: 'body[3]' counts from 0 what has this name, and there are 2; expected at "
+            "most 'body[2]'");
+  EXPECT_EQ(io::parse_info(with({"body[2].radius=3"}), "t").children[3].children[0].value, "3");
+}
+
+TEST(Settings, NameTheirOption) {
+  io::Section file =
+      io::Section::parse("", "t.info", {}, {{"a.b", "-1", "--for"}, {"a.typo", "on", "--effects typo"}});
+  file.child("a").get<double>("b", io::positive());
+  const std::string message = message_of<FileError>([&] { file.finish(); });
+  EXPECT_NE(message.find("--for: 'a.b' must be positive, got '-1'"), std::string::npos) << message;
+  EXPECT_NE(message.find("--effects typo: unknown key 'typo' in 'a'"), std::string::npos) << message;
+}
+
+// The position was that of the file's block, which has no such key.
+TEST(Settings, WhatADefaultMakesWrongIsOfTheDuration) {
+  const std::string file = test::source_folder() + "/config/scenes/rigid_bounce.info";
+  for (const auto& [option, begin] :
+       {std::pair("simulation.duration=1e9", "--set simulation.duration: 'sample' of "),
+        std::pair("simulation.sample=1e-9", "--set simulation.sample: ")}) {
+    const std::string message = message_of<FileError>([&] { read_scene(file, settings({option})); });
+    EXPECT_EQ(message.substr(0, std::string(begin).size()), begin) << message;
+  }
+}
+
 TEST(Settings, OfATaskAndAScene) {
   const std::string folder = test::source_folder() + "/config/";
   const Task task = read_task(folder + "tasks/arm_reaching.info", settings({"horizon.intervals=7"}));

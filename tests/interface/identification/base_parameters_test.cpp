@@ -14,6 +14,7 @@
 #include <dyntape/interface/identification/rank_revealing_qr.h>
 #include <dyntape/interface/identification/staircase.h>
 
+#include "interface/message_of.h"
 #include "source_folder.h"
 
 namespace dyntape::base_parameters_test {
@@ -195,6 +196,19 @@ TEST_F(Noisy, EstimateIsExactWithoutNoise) {
             1e-12 * beta.cwiseAbs().maxCoeff());
   EXPECT_LE((identify(model, base, samples).beta - beta).cwiseAbs().maxCoeff(),
             1e-12 * beta.cwiseAbs().maxCoeff());
+}
+
+// NaN among the torques made estimates of NaN; NaN among the positions was said to be a motion that excites too little.
+TEST_F(Noisy, SamplesAreNumbers) {
+  const auto message = [&](MatrixXd Samples::*part) {
+    Samples wrong = samples;
+    (wrong.*part)(0, 1) = std::nan("");
+    return message_of<ArgumentError>([&] { identify(model, base, wrong); });
+  };
+  for (MatrixXd Samples::*part : {&Samples::q, &Samples::v, &Samples::a})
+    EXPECT_EQ(message(part),
+              "estimator: the regressor of q, v and a is not finite, expected samples of numbers");
+  EXPECT_EQ(message(&Samples::tau), "estimate: tau has an entry that is not finite, expected numbers");
 }
 
 TEST_F(Noisy, CovarianceReachesTheCramerRaoBound) {

@@ -12,6 +12,7 @@
 
 #include "interface/run/sweep/swept.h"
 #include "interface/run/tied_robots.h"
+#include "source_folder.h"
 
 namespace dyntape::joint_panels_test {
 namespace {
@@ -66,6 +67,51 @@ TEST(JointPanels, PairsAreAnglesWithoutJumps) {
     EXPECT_NEAR(plot.panels[0].series[0].y[k], angle[Eigen::Index(k)], 1e-12);
     EXPECT_NEAR(plot.panels[0].series[1].y[k], angle[Eigen::Index(k)] + 0.2, 1e-12);
   }
+}
+
+// Roll and yaw of a rolling ball jumped by half turns.
+TEST(JointPanels, OrientationsHaveNoJumps) {
+  dynamics::UrdfOptions floating;
+  floating.base = dynamics::Base::kFloating;
+  const auto robot = dynamics::read_urdf_text(
+      "<robot name='r'><link name='ball'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' "
+      "ixz='0' iyz='0'/></inertial></link></robot>",
+      "ball", floating);
+  ASSERT_EQ(robot.model.nq, 7);
+  constexpr int kSamples = 401;  // some at a pitch of a quarter turn
+  const Eigen::VectorXd turned = Eigen::VectorXd::LinSpaced(kSamples, 0, 10 * M_PI);
+  for (const double heading : {0.0, 0.7, -2.5}) {
+    for (const double spin : {1.0, -1.0}) {
+      Eigen::MatrixXd q = Eigen::MatrixXd::Zero(7, kSamples);
+      for (int k = 0; k < kSamples; ++k)
+        q.col(k).tail<4>() = (Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()) *
+                              Eigen::AngleAxisd(spin * turned[k], Eigen::Vector3d::UnitY()))
+                                 .coeffs();
+      io::Plot plot;
+      add_positions(plot, robot.model, turned, {q});
+      ASSERT_EQ(plot.panels.size(), 2u);
+      const auto& angles = plot.panels[1].series;
+      ASSERT_EQ(angles.size(), 3u);
+      for (std::size_t k = 0; k < kSamples; ++k) {
+        EXPECT_NEAR(angles[0].y[k], 0, 1e-7) << k;
+        EXPECT_NEAR(angles[1].y[k], spin * turned[Eigen::Index(k)], 1e-7) << k;
+        EXPECT_NEAR(angles[2].y[k], heading, 1e-7) << k;
+      }
+    }
+  }
+}
+
+// An impact between two samples is in no curve: the title says how far they are apart.
+TEST(ForcePlot, SaysItsSamples) {
+  const auto title = [](const char* sample) {
+    const Scene scene = read_scene(
+        test::source_folder() + "/config/scenes/bouncing_ball.info",
+        io::settings_of({"simulation.duration=0.02", "simulation.step=1e-3",
+                         std::string("simulation.sample=") + sample, "evaluation.route=interpreter"}));
+    return force_plot(scene, simulate(scene)).panels.at(0).title;
+  };
+  EXPECT_EQ(title("0.01"), "forces at points, upwards, at samples 10.0 ms apart");
+  EXPECT_EQ(title("1e-3"), "forces at points, upwards");
 }
 
 // Rounding of a box that only slides filled the panels of its orientation.

@@ -227,6 +227,8 @@ TEST(Collocation, RefusesWhatDoesNotFit) {
             std::string::npos);
   EXPECT_NE(message(p, {.nodes = {0, 0.5, 0.5, 1}, .evaluation = test::kInterpreted}).find("increasing"),
             std::string::npos);
+  const Problem stateless("none", {}, {"u"}, 1, StageFunction([](const auto& s) { return s.x; }));
+  EXPECT_NE(message(stateless, {}).find("there are no states; expected one or more"), std::string::npos);
   p.start.resize(3);
   EXPECT_NE(message(p, {}).find("the start has 3 entries, expected 2"), std::string::npos);
   p = test::block_move();

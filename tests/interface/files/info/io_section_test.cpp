@@ -142,6 +142,21 @@ TEST(Section, unknown_keys_get_the_nearest_name) {
             "t.info:7:1: unknown key 'qqqqqq'; valid are 'solver', 'effects'");
 }
 
+// A key of two blocks was said to belong in one of them; one of another block of the same name, in its own block.
+TEST(Section, KeysOfOtherBlocks) {
+  const std::string text =
+      "costs { duration 1 }\nvalue { kind grid steps 3 }\nvalue { kind normal steps 3 }\n";
+  const std::string said = report(text, [](Section& file) {
+    for (const char* block : {"horizon", "mpc"}) file.child_or_empty(block).get_or("duration", 1.0);
+    file.child("costs").get_or("effort", 1.0);
+    for (Section& value : file.children("value"))
+      if (value.get<std::string>("kind") == "grid") value.get<int>("steps");
+  });
+  EXPECT_EQ(said,
+            "t.info:1:9: unknown key 'duration' in 'costs'; it belongs in 'horizon' or in 'mpc'\n"
+            "t.info:3:21: unknown key 'steps' in 'value'; valid are 'kind'");
+}
+
 TEST(Section, AMisspeltRequiredKeyIsOneProblem) {
   const std::string said = report("horizon {\n  duratoin 2\n}\n", [](Section& file) {
     Section horizon = file.child("horizon");
