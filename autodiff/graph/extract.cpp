@@ -18,7 +18,8 @@ struct Kept {
 thread_local Kept last_long;
 
 std::vector<Node> memory_for(std::size_t nodes) {
-  if (kept_is_gone || last_long.nodes.capacity() < nodes || last_long.nodes.capacity() > nodes + nodes / 4) return {};
+  if (kept_is_gone || last_long.nodes.capacity() < nodes || last_long.nodes.capacity() > nodes + nodes / 4)
+    return {};
   return std::move(last_long.nodes);
 }
 
