@@ -44,7 +44,7 @@ TEST_P(Allocation, TheCounterCounts) {
 
 TEST_P(Allocation, Algorithms) {
   Data<double> data(model);
-  const auto& [q, v, a, tau] = s;
+  const auto &q = s.q, &v = s.v, &a = s.a, &tau = s.tau;
   EXPECT_EQ(count([&] { rnea(model, data, q, v, a); }), 0);
   EXPECT_EQ(count([&] { crba(model, data, q); }), 0);
   EXPECT_EQ(count([&] { aba(model, data, q, v, tau); }), 0);
@@ -58,7 +58,7 @@ TEST_P(Allocation, Algorithms) {
 TEST_P(Allocation, Effects) {
   Data<double> data(model);
   EffectTorques<double> torques(model);
-  const auto& [q, v, a, tau] = s;
+  const auto &q = s.q, &v = s.v, &a = s.a, &tau = s.tau;
   EXPECT_EQ(count([&] { forward_dynamics(model, data, torques, effects, q, v, tau); }), 0);
   EXPECT_EQ(count([&] { inverse_dynamics(model, data, torques, effects, q, v, a); }), 0);
   EXPECT_EQ(count([&] { forward_dynamics_derivatives(model, data, torques, effects, q, v, tau); }), 0);
@@ -70,7 +70,7 @@ TEST_P(Allocation, ConstraintsAndFollowers) {
   EffectTorques<double> torques(model);
   ConstraintData<double> c(model, {point_constraint(model, 5, Vector3<double>::Zero()),
                                    point_constraint(model, 9, Vector3<double>::Zero())});
-  const auto& [q, v, a, tau] = s;
+  const auto &q = s.q, &v = s.v, &tau = s.tau;
   const auto step = [&] {
     constrained_dynamics_derivatives(model, data, c, torques, effects, q, v, tau);
     impulse_dynamics_derivatives(model, data, c, q, v, 0.5, effects.acting());
