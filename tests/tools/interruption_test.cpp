@@ -104,24 +104,25 @@ const std::vector<std::string> kLongToCompile = {"solve", config("tasks/arm_effo
                                                  "evaluation.route=compiled"};
 
 TEST(Interruption, WhileCompilingNothingIsLeft) {
-  const Scratch scratch;
-  const std::string cache = scratch / "cache", results = scratch / "results";
-  std::vector<std::string> words = kLongToCompile;
-  words.insert(words.end(), {"--output", results});
-  const Running command(scratch, words);
-  ASSERT_TRUE(reached(command, [&] { return compiles(cache); }));
-  const auto begin = Clock::now();
-  command.send(SIGINT);
-  const Outcome outcome = command.wait();
-  EXPECT_LT(Clock::now() - begin, 1s);
-  EXPECT_EQ(outcome.status, 130) << outcome.err;
-  EXPECT_NE(outcome.err.find("there is no motion yet"), std::string::npos) << outcome.err;
-  EXPECT_TRUE(builds_in(cache).empty());
-  EXPECT_TRUE(fs::is_empty(scratch / "tmp"));
-  // What was killed takes a moment to be gone.
-  for (int k = 0; k < 100 && processes_with(cache) > 0; ++k) std::this_thread::sleep_for(10ms);
-  EXPECT_EQ(processes_with(cache), 0);
-  EXPECT_FALSE(fs::exists(results + "/trajectory.csv"));
+  for (std::vector<std::string> words : {kLongToCompile, {"mpc", config("control/solo12_whole_body.info")}}) {
+    const Scratch scratch;
+    const std::string cache = scratch / "cache", results = scratch / "results";
+    words.insert(words.end(), {"--output", results});
+    const Running command(scratch, words);
+    ASSERT_TRUE(reached(command, [&] { return compiles(cache); }));
+    const auto begin = Clock::now();
+    command.send(SIGINT);
+    const Outcome outcome = command.wait();
+    EXPECT_LT(Clock::now() - begin, 1s) << words[0];
+    EXPECT_EQ(outcome.status, 130) << outcome.err;
+    EXPECT_NE(outcome.err.find("there is no motion yet"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(builds_in(cache).empty());
+    EXPECT_TRUE(fs::is_empty(scratch / "tmp"));
+    // What was killed takes a moment to be gone.
+    for (int k = 0; k < 100 && processes_with(cache) > 0; ++k) std::this_thread::sleep_for(10ms);
+    EXPECT_EQ(processes_with(cache), 0);
+    EXPECT_FALSE(fs::exists(results + "/trajectory.csv") || fs::exists(results + "/closed_loop.csv"));
+  }
 }
 
 // Where the solve does not wait for it: there may be a motion by then.

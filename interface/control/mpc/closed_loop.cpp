@@ -153,6 +153,7 @@ ClosedLoop close_loop(const Problem& problem, const ClosedLoopOptions& options) 
   ClosedLoop loop;
   MpcOptions planning = options.mpc;
   planning.gains = planning.gains || options.feedback > 0;
+  planning.mesh.evaluation.stop = options.stop;
   RecedingHorizon mpc(problem, planning);
   loop.build = mpc.build();
   SteeredPlant plant(problem, options);
