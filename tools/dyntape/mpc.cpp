@@ -10,7 +10,6 @@
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/run/mpc/centroidal_control.h>
 #include <dyntape/interface/run/mpc/mpc_task.h>
-#include <dyntape/interface/run/solve/watch.h>
 
 #include "commands.h"
 #include "interruption.h"
@@ -39,16 +38,7 @@ void run_control(const ControlOptions& options, const AnyTask& task, const std::
     line.show("closed loop: " + io::significant(t, 4) + " of " + io::significant(task.control.seconds, 4) +
               " s");
   };
-  const auto run = [&] {
-    try {
-      return control_task(task, interruption.token(), watch);
-    } catch (const Interrupted& e) {
-      line.erase();
-      std::cerr << "dyntape: " << e.what() << "\n";
-      throw Failure{interruption.status()};
-    }
-  };
-  ControlReport report = folder.hold(run);
+  ControlReport report = folder.hold([&] { return control_task(task, interruption.token(), watch); });
   line.erase();
   if (!options.output.empty()) write_control(task, report, options.output, interruption.token());
   std::cout << (options.json ? report.json() : report.text());

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/discretize/verify.h>
 #include <dyntape/interface/io/number.h>
 
@@ -154,8 +156,15 @@ ClosedLoop close_loop(const Problem& problem, const ClosedLoopOptions& options) 
   MpcOptions planning = options.mpc;
   planning.gains = planning.gains || options.feedback > 0;
   planning.mesh.evaluation.stop = options.stop;
-  RecedingHorizon mpc(problem, planning);
-  loop.build = mpc.build();
+  std::optional<RecedingHorizon> mpc;
+  try {
+    mpc.emplace(problem, planning);
+  } catch (const ToolError&) {  // a compiler that was stopped
+    if (!options.stop.stop_requested()) throw;
+    loop.motion = motion_of({0}, {problem.start}, {VectorXd::Zero(problem.n_u())}, problem.n_a());
+    return loop;
+  }
+  loop.build = mpc->build();
   SteeredPlant plant(problem, options);
   std::vector<double> times;
   std::vector<VectorXd> states, controls;
@@ -172,7 +181,7 @@ ClosedLoop close_loop(const Problem& problem, const ClosedLoopOptions& options) 
       note(t);
       break;
     }
-    const MpcStep& s = mpc.step(acts, plant.foreseen(t, acts));
+    const MpcStep& s = mpc->step(acts, plant.foreseen(t, acts));
     loop.steps.push_back(
         {t, s.seconds, s.gain_seconds, s.cost, s.violation, s.iterations, s.status, s.usable});
     if (k == 0 && !s.usable) {

@@ -5,12 +5,10 @@
 #include <cmath>
 #include <tuple>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/facts.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/report/player/player.h>
-#include <dyntape/interface/run/solve/watch.h>
 
 namespace dyntape {
 
@@ -60,13 +58,7 @@ std::optional<ControlReport::Feedback> feedback_of(const Problem& problem, const
   const Trajectory& motion = report.loop.motion;
   ClosedLoopOptions plain = options;
   plain.feedback = 0, plain.watch = {};
-  ClosedLoop without;
-  try {
-    without = close_loop(problem, plain);
-  } catch (const ToolError&) {  // a compiler that was stopped
-    if (!options.stop.stop_requested()) throw;
-    return {};
-  }
+  const ClosedLoop without = close_loop(problem, plain);
   if (without.motion.points() != motion.points()) return {};  // one of them ended early
   ControlReport::Feedback of;
   of.t.assign(motion.t.begin(), motion.t.end());
@@ -97,12 +89,7 @@ ClosedLoopOptions loop_options(const Task::Control& control, const std::stop_tok
 ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& options, const Off& off) {
   ControlReport report;
   report.deadline = options.period;
-  try {
-    report.loop = close_loop(problem, options);
-  } catch (const ToolError&) {  // a compiler that was stopped
-    if (!options.stop.stop_requested()) throw;
-    throw Interrupted("interrupted before the first step: there is no motion yet");
-  }
+  report.loop = close_loop(problem, options);
   const Trajectory& motion = report.loop.motion;
   for (const Disturbance& push : options.disturbances) report.pushes.push_back(push.at);
   if (!off.at) return report;
@@ -110,7 +97,7 @@ ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& optio
   report.off = off_of(motion, off);
   report.off_begin = report.off.front();
   report.off_end = report.off.back();
-  if (options.feedback > 0 && !options.disturbances.empty() && !options.stop.stop_requested())
+  if (options.feedback > 0 && !options.disturbances.empty())
     report.feedback = feedback_of(problem, options, off, report);
   return report;
 }
