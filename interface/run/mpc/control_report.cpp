@@ -97,7 +97,7 @@ ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& optio
   report.off = off_of(motion, off);
   report.off_begin = report.off.front();
   report.off_end = report.off.back();
-  if (options.feedback > 0 && !options.disturbances.empty())
+  if (options.feedback > 0 && !options.disturbances.empty() && !options.stop.stop_requested())
     report.feedback = feedback_of(problem, options, off, report);
   return report;
 }
